@@ -139,6 +139,7 @@ def draw(laws: Laws, path: Path) -> None:
         right.set(
             xlabel="time after the first revolution / mean", xlim=(0, 7), yscale="log",
             ylabel="part of flights that last longer", ylim=(1e-3, 10),
+            yticks=[1e-3, 1e-2, 1e-1, 1],
         )  # fmt: skip
         right.set_title("Flights by the first definition")
         right.legend(loc="upper right")

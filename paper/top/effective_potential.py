@@ -136,10 +136,9 @@ ORIENTATIONS = ((0.0, 0.0), (TILT, 0.0), (TILT, math.pi))
 """Tilt and azimuth in rad."""
 
 GRID = np.linspace(-5.0, 5.0, 101)
-"""In m; the paper does not state its unit."""
+"""As in the paper, whose numbers for this figure have no units."""
 
 ALONG_X, ALONG_Y = "x (dimensionless)", "y (dimensionless)"
-
 
 FINER, HIGHER = 40, 5.0
 """A finer ring's number of dipoles, and the height of a ring that leaves a minimum below it."""

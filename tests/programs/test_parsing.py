@@ -2,8 +2,10 @@
 
 import contextlib
 import os
+import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +14,8 @@ from magmotor.commands import main
 from magmotor.commands.output import NO_OPENGL, UNWRITTEN, fail, film_written, wrapped
 from magmotor.numerics.compilation_notice import TEXT
 from magmotor.render import NoOpenGL
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 MISSPELLED = """<mujoco><extension><plugin plugin="magmotor.force"/></extension></mujoco>"""
 
@@ -154,9 +158,9 @@ def test_check_names_a_flag_that_disables_the_forces(run, tmp_path):
     inside = (
         "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only\n"
     )
-    skipped = "magnetism(), since MuJoCo skips it while the flag actuation is disabled\n"
-    said = f"nothing to fix\n{inside}note: not acting: {skipped}"
-    assert run("check off.xml") == (0, said, "")
+    skipped = "magnetism() does nothing, since MuJoCo skips it while the flag actuation is disabled"
+    remedy = ": enable the flag, or let the plugin magmotor.forces act\n"
+    assert run("check off.xml") == (1, f"{skipped}{remedy}{inside}", "")
 
 
 def test_check_weighs_a_moment_that_no_magnet_has(run, tmp_path):
@@ -178,33 +182,50 @@ LONG = {
 
 
 @pytest.mark.parametrize(("line", "shown"), LONG.items())
-def test_long_lines_are_wrapped_between_words_but_not_tables(line, shown, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")
-    assert wrapped(f"{line}\n  short").split("\n") == [*shown, "  short"]
+def test_long_lines_are_wrapped_between_words_but_not_tables(line, shown):
+    assert wrapped(f"{line}\n  short", 100).split("\n") == [*shown, "  short"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
-def test_lines_in_a_terminal_have_at_most_100_columns(tmp_path):
-    import pty
+@pytest.mark.parametrize(("columns", "widest"), [(0, 100), (150, 100), (60, 60)])
+def test_lines_fit_into_a_terminal(tmp_path, columns, widest):
+    """A width of 0 is unknown; what another program reads has long lines."""
+    mistake, listing = ("movie", "top", "--method", "rk5"), ("examples", "list")
+    for arguments, pipe in ((mistake, ""), (listing, ""), (mistake, "stdout"), (listing, "stderr")):
+        shown, _ = in_terminal(arguments, columns, tmp_path, pipe)
+        assert widest - 15 < max(map(len, shown.splitlines())) <= widest
 
-    for command, code in (("movie top --method rk5", 2), ("examples list", 0)):
-        terminal, end = pty.openpty()
-        arguments = [sys.executable, "-m", "magmotor", *command.split()]
-        with subprocess.Popen(
-            arguments, cwd=tmp_path, stdin=end, stdout=end, stderr=end,
-            env=os.environ | {"COLUMNS": "150"},
-        ) as process:  # fmt: skip
-            os.close(end)
-            said = b""
-            with contextlib.suppress(OSError):  # at its end
-                while part := os.read(terminal, 4096):
-                    said += part
-            os.close(terminal)
-            assert process.wait() == code
-        lines = said.decode().splitlines()
-        assert max(map(len, lines)) in range(90, 101)
-        done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert max(map(len, (done.stdout + done.stderr).splitlines())) > 100
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals")
+def test_programs_and_piped_lines_stay_whole(tmp_path):
+    source = (EXAMPLES / "levitation.py").read_text(encoding="utf-8")
+    shown, _ = in_terminal(("examples", "show", "levitation"), 60, tmp_path)
+    assert source in shown.replace("\r\n", "\n")
+    _, piped = in_terminal(("examples", "list"), 60, tmp_path, "stdout")
+    assert max(map(len, piped.splitlines())) > 100
+
+
+def in_terminal(arguments, columns, folder, pipe=""):
+    """Return what a terminal shows of a command, and what is piped elsewhere."""
+    import fcntl
+    import pty
+    import termios
+
+    terminal, end = pty.openpty()
+    fcntl.ioctl(end, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
+    streams = {"stdin": end, "stdout": end, "stderr": end}
+    with subprocess.Popen(
+        [sys.executable, "-m", "magmotor", *arguments], cwd=folder, text=True,
+        **streams | ({pipe: subprocess.PIPE} if pipe else {}),
+    ) as process:  # fmt: skip
+        os.close(end)
+        shown = b""
+        with contextlib.suppress(OSError):  # at its end
+            while part := os.read(terminal, 4096):
+                shown += part
+        os.close(terminal)
+        piped = "".join(filter(None, process.communicate(timeout=60)))
+    return shown.decode(), piped
 
 
 @pytest.mark.parametrize("command", ["movie", "view", "sweep", "export"])

@@ -138,6 +138,7 @@ def test_search_finds_terms_questions_and_messages_among_the_first_results(open_
             results.first.wait_for(state=state)
         links = results.evaluate_all(
             "items => items.slice(0, 2).flatMap(item => [...item.querySelectorAll('a')])"
+            ".filter(link => link.checkVisibility())"
             ".map(link => link.getAttribute('href'))"
         )
         if not any(found in link for link in links):

@@ -182,7 +182,7 @@ def test_more_than_two_dimensions_have_no_picture(script, tmp_path):
 @pytest.mark.parametrize(
     ("flags", "line"),
     [
-        ((), "--vary is missing: name what varies, such as --vary tilt=0:0.2:21"),
+        ((), "--vary is missing: it must be FIELD=START:STOP:COUNT or FIELD=VALUE,"),
         (("--vary", "hight=0.1,0.2"), "field = 'hight': must be one of ball_mass, "),
         (("--vary", "tilt"), "vary = 'tilt': must be FIELD=START:STOP:COUNT"),
         (("--vary", "tilt=0:0.2"), "vary = 'tilt=0:0.2': must be FIELD=START:STOP:COUNT without"),

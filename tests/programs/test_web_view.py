@@ -1,5 +1,6 @@
 """The live view in a browser: `magmotor view --web` and `mm.live.web`, in a headless Chromium."""
 
+import io
 import signal
 import socket
 import subprocess
@@ -13,6 +14,7 @@ import mujoco
 import numpy as np
 import pytest
 from browser import PHONE
+from PIL import Image
 
 import magmotor as mm
 from magmotor.live import LiveSimulation, Loop, WebView, live_scene
@@ -399,8 +401,8 @@ PAINTED = """
     <map zfar="1000"/>
   </visual>
   <asset>
-    <texture name="quarters" type="cube" builtin="flat" width="64" height="384"/>
-    <material name="quarters" texture="quarters" specular="0"/>
+    <texture name="quarters" type="cube" file="quarters.png" {}/>
+    <material name="quarters" texture="quarters" specular="0" rgba="1 0.5 0.8 1"/>
   </asset>
   <worldbody>
     <camera name="front" pos="30 30 30" xyaxes="-1 1 0 -1 -1 2" fovy="2"/>
@@ -411,12 +413,23 @@ PAINTED = """
 """
 
 
+def png(picture):
+    """Return a picture, shape (height, width, 3), as the contents of a file."""
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "png")
+    return file.getvalue()
+
+
 @pytest.mark.usefixtures("opengl")
+@pytest.mark.parametrize("sides", [6, 1])
 @pytest.mark.parametrize("camera", ["front", "back"])
-def test_a_painted_sphere_has_the_colors_that_mujoco_draws(camera):
-    model = mujoco.MjModel.from_xml_string(PAINTED)
-    quarters = np.random.default_rng(1).integers(0, 256, (6, 2, 2, 3))
-    model.tex_data[:] = quarters.repeat(32, axis=1).repeat(32, axis=2).ravel()
+def test_a_painted_sphere_has_the_colors_that_mujoco_draws(camera, sides):
+    """A cube texture has six images, or one for all sides."""
+    quarters = np.random.default_rng(1).integers(0, 256, (sides, 2, 2, 3), dtype=np.uint8)
+    images = quarters.repeat(32, axis=1).repeat(32, axis=2)
+    assets = {"quarters.png": png(images.reshape(-1, 64, 3))}
+    grid = "" if sides == 1 else 'gridsize="6 1" gridlayout="RLUDFB"'
+    model = mujoco.MjModel.from_xml_string(PAINTED.format(grid), assets)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     with mujoco.Renderer(model, 100, 100) as renderer:

@@ -16,8 +16,8 @@ from magmotor.advice.advise import advise
 from magmotor.commands.model_file import answer, read
 from magmotor.commands.output import make_folder, written_whole
 from magmotor.commands.parsing import parse_options
+from magmotor.commands.picture_options import check_as
 from magmotor.common import style
-from magmotor.common.arguments import check_of
 from magmotor.common.checks import check_number, reject
 from magmotor.common.hints import Dpi, Picture
 from magmotor.common.optional import extra
@@ -70,12 +70,9 @@ class Options:
             return
         with extra("movies"):
             import matplotlib  # noqa: F401 - a missing package is better known early
+        check_as(Picture, "picture", self.picture.name)
+        check_as(Dpi, "dpi", self.dpi)
         make_folder(self.picture.parent)
-        check_picture, check_dpi = check_of(Picture), check_of(Dpi)
-        assert check_picture
-        assert check_dpi
-        check_picture("picture", str(self.picture))
-        check_dpi("dpi", self.dpi)
 
 
 def main() -> None:

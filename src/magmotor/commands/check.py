@@ -42,8 +42,6 @@ def report(options: Options) -> None:
         print(
             "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only"
         )
-    for reason in description.idle if description.acting else ():
-        print(f"note: not acting: {reason}")
     if found.findings:
         raise SystemExit(FOUND)
     if not description.acting:

@@ -9,6 +9,7 @@ from typing import Literal
 import tyro
 
 from magmotor.commands import COMMANDS
+from magmotor.commands.output import write_verbatim
 from magmotor.commands.parsing import parse_options
 
 FIRST = {
@@ -62,4 +63,4 @@ def write(shell: tyro.conf.Positional[Literal["bash", "zsh"]]) -> None:
     """Print the script of a shell."""
     cases = " ".join(f"{name}) command=({words}) ;;" for name, words in FIRST.items())
     script = {"bash": BASH, "zsh": ZSH}[shell]
-    print(script % {"commands": " ".join(COMMANDS), "cases": cases}, end="")
+    write_verbatim(script % {"commands": " ".join(COMMANDS), "cases": cases})

@@ -13,7 +13,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from magmotor.commands.output import MISTAKE, fail
+from magmotor.commands.output import MISTAKE, fail, write_verbatim
 from magmotor.common.checks import check_choice, reject
 from magmotor.common.environment import data_folder
 from magmotor.common.optional import extra
@@ -46,7 +46,7 @@ def main() -> None:
     except ValueError as error:
         fail(str(error), MISTAKE)
     if verb == "show":
-        print(found[name].read_text(encoding="utf-8"))
+        write_verbatim(found[name].read_text(encoding="utf-8") + "\n")
         print(f"# its models are in {found[name].parent}")
         return
     sys.argv = [f"magmotor examples run {name}", *rest[1:]]

@@ -107,7 +107,7 @@ def main() -> None:
             film_top(scene, options, seconds)
     except ValueError as error:
         fail(str(error), MISTAKE)
-    print("wall time:", ", ".join(f"{name} {spent:.1f} s" for name, spent in seconds.items()))
+    print(f"wall time: {', '.join(f'{name} {spent:.1f} s' for name, spent in seconds.items())}")
 
 
 def check(options: Options | FlightOptions) -> None:

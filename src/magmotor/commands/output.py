@@ -40,7 +40,7 @@ def run_program(main: Callable[[], None]) -> None:
         and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     ):  # so that files are finished or removed, and checkpoints are saved
         signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-    os.environ["COLUMNS"] = str(columns())  # for tyro's boxes
+    os.environ["COLUMNS"] = str(columns(sys.stdout))  # for tyro's boxes
     wraps = is_help_asked() or sys.stdout.isatty()
     output = cast(TextIO, Wrapped(sys.stdout)) if wraps else sys.stdout
     try:
@@ -67,41 +67,51 @@ def is_help_asked() -> bool:
     return bool({"-h", "--help"} & set(sys.argv))
 
 
-def columns() -> int:
-    """Return the width of the terminal, or of `WIDEST` columns if it is wider or there is none."""
+def columns(stream: TextIO) -> int:
+    """Return the width of a terminal, at most `WIDEST`; of any other stream, that in COLUMNS."""
+    if stream.isatty():
+        try:
+            return min(WIDEST, os.get_terminal_size(stream.fileno()).columns or WIDEST)
+        except (OSError, ValueError):
+            return WIDEST
     return min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns)
 
 
-def wrapped(text: str) -> str:
+def wrapped(text: str, width: int) -> str:
     """Wrap long lines between words, except in tables and tyro's boxes."""
-    return "\n".join(map(_wrapped_line, text.split("\n")))
+    return "\n".join(_wrapped_line(line, width) for line in text.split("\n"))
 
 
-def _wrapped_line(line: str) -> str:
+def _wrapped_line(line: str, width: int) -> str:
     cells = list(re.finditer(r"(?<=\S) {2,}", line))
-    if len(line) <= columns() or "│" in line or len(cells) > 1:
+    if len(line) <= width or "│" in line or len(cells) > 1:
         return line
     indent = cells[0].end() if cells else len(line) - len(line.lstrip())
     return textwrap.fill(
         line,
-        columns(),
-        subsequent_indent=" " * indent,
+        width,
+        subsequent_indent=" " * min(indent, width // 2),
         break_long_words=False,
         break_on_hyphens=False,
     )
 
 
 class Wrapped:
-    """A stream whose long lines are wrapped."""
+    """A stream whose long lines are wrapped, except what is written by `write_verbatim`."""
 
     def __init__(self, stream: TextIO):
-        self._stream = stream
+        self.stream = stream
 
     def write(self, text: str) -> int:
-        return self._stream.write(wrapped(text))
+        return self.stream.write(wrapped(text, columns(self.stream)))
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
+        return getattr(self.stream, name)
+
+
+def write_verbatim(text: str) -> None:
+    """Write text whose lines must stay whole, such as a program, to stdout."""
+    getattr(sys.stdout, "stream", sys.stdout).write(text)
 
 
 def warn_in_one_line() -> None:
@@ -119,7 +129,8 @@ def warn_in_one_line() -> None:
 def report(message: str) -> None:
     """Print a line on stderr, such as a warning of MuJoCo, which it would write to a file."""
     line = f"{Path(sys.argv[0]).name}: {printable(message)}"
-    print(wrapped(line) if sys.stderr.isatty() else line, file=sys.stderr)
+    shown = wrapped(line, columns(sys.stderr)) if sys.stderr.isatty() else line
+    print(shown, file=sys.stderr)
 
 
 def fail(message: str, code: int) -> NoReturn:

@@ -3,12 +3,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from magmotor.commands.output import written_whole
 from magmotor.common import style
 from magmotor.common.arguments import check_of
 from magmotor.common.hints import Dpi
+
+
+def check_as(hint: Any, name: str, value: Any) -> None:
+    """Check a value as that of an argument with a type hint of `magmotor.common.hints`."""
+    check = check_of(hint)
+    assert check
+    check(name, value)
 
 
 @dataclass(kw_only=True)
@@ -20,9 +27,7 @@ class PictureOptions:
 
     def check_pictures(self) -> None:
         """Check what would otherwise fail only after the run."""
-        check_dpi = check_of(Dpi)
-        assert check_dpi
-        check_dpi("dpi", self.dpi)
+        check_as(Dpi, "dpi", self.dpi)
 
     def draw(self, stem: Path, draw: Callable[..., None]) -> Path:
         """Write a picture with `draw(path, dpi=...)` and return its path, `stem` with a suffix."""

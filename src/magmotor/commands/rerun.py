@@ -48,7 +48,7 @@ def main() -> None:
         fail(f"{options.file}: it has no values to compare", MISTAKE)
     found = [*differences(compared, again)]
     if found:
-        print("different:", "; ".join([*found, *other_versions(kept, again)]))
+        print(f"different: {'; '.join([*found, *other_versions(kept, again)])}")
         raise SystemExit(DIFFERENT)
     unit, records = "records", compared.sizes.get("time")
     if "sweep" in kept.attrs:

@@ -6,7 +6,6 @@ file per case. Beside it are a dataset of all of them over the sweep's dimension
 picture, `.png`, if there are one or two dimensions.
 """
 
-import sys
 import time
 from dataclasses import dataclass, field
 from functools import partial
@@ -23,6 +22,7 @@ from magmotor.commands.output import (
     INTERRUPTED,
     MISTAKE,
     fail,
+    report,
     warn_in_one_line,
 )
 from magmotor.commands.picture_options import PictureOptions
@@ -150,7 +150,8 @@ def main() -> None:
 def sweep(scene: Any, options: Options) -> None:
     options.check_pictures()
     if not options.vary:
-        fail("--vary is missing: name what varies, such as --vary tilt=0:0.2:21", MISTAKE)
+        form = "FIELD=START:STOP:COUNT or FIELD=VALUE,VALUE,..."
+        fail(f"--vary is missing: it must be {form}", MISTAKE)
     axes, numbers = varied(options.vary, options.design), seeds(options.seeds)
     plan = Sweep(
         scene=scene,
@@ -198,7 +199,7 @@ def serve(options: Cluster) -> None:
     with mm.sweep.local_cluster(options.workers, options.host) as address:
         if not loopback(options.host):
             reach = f"anyone who can reach {address} can run any code here with your permissions"
-            print(f"magmotor sweep: {reach}; use trusted networks only", file=sys.stderr)
+            report(f"{reach}; use trusted networks only")
         print(f"--scheduler {address}; Ctrl-C ends it", flush=True)
         wait()
 

@@ -114,8 +114,9 @@ class Page:
     def show(self) -> None:
         """Show the current state."""
         simulation = self._loop.simulation
-        self._scene.update_from_mjdata(simulation.data)
-        self._turn_painted()
+        with self._server.atomic():
+            self._scene.update_from_mjdata(simulation.data)
+            self._turn_painted()
         self._draw_arrows()
         for i, control in enumerate(self._controls):
             value = control.get()

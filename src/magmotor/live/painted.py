@@ -22,10 +22,10 @@ DOWN = np.array([[0, -1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1], [0, -1, 0], [0, 
 
 
 def painted_spheres(model: mujoco.MjModel) -> dict[int, Any]:
-    """Return visible spheres whose material has a cube texture, as meshes with colors, by geom."""
+    """Return opaque spheres whose material has a cube texture, as meshes with colors, by geom."""
     spheres = model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE
-    seen = spheres & (model.geom_rgba[:, 3] > 0) & (model.geom_group < 3)
-    found = {int(geom): _texture(model, model.geom_matid[geom]) for geom in np.flatnonzero(seen)}
+    seen = spheres & (model.geom_rgba[:, 3] > 0) & (model.geom_group < 3) & (model.geom_matid >= 0)
+    found = {int(geom): _images(model, model.geom_matid[geom]) for geom in np.flatnonzero(seen)}
     textured = [(geom, images) for geom, images in found.items() if images is not None]
     return {geom: _painted(model.geom_size[geom, 0], images) for geom, images in textured[:MOST]}
 
@@ -43,15 +43,20 @@ def colors(images: Images, directions: Array) -> Images:
     return images[image, index(DOWN), index(ACROSS)]
 
 
-def _texture(model: mujoco.MjModel, material: int) -> Images | None:
-    """Return the images of a material's cube texture, shape (6, n, n, 3), or None."""
-    role = mujoco.mjtTextureRole.mjTEXROLE_RGB
-    texture = model.mat_texid[material, role] if material >= 0 else -1
-    if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_CUBE:
+def _images(model: mujoco.MjModel, material: int) -> Images | None:
+    """Return the images of a cube texture in its material's color, shape (6, n, n, 3), or None."""
+    texture = model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB]
+    *color, opacity = model.mat_rgba[material]
+    if texture < 0 or opacity < 1 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_CUBE:
         return None
-    start, width = model.tex_adr[texture], model.tex_width[texture]
-    images = model.tex_data[start : start + 6 * width**2 * model.tex_nchannel[texture]]
-    return images.reshape(6, width, width, -1)[..., :3]
+    width, height = model.tex_width[texture], model.tex_height[texture]
+    channels, start = model.tex_nchannel[texture], model.tex_adr[texture]
+    if channels < 3:
+        return None
+    images = model.tex_data[start : start + width * height * channels]
+    images = images.reshape(-1, width, width, channels)[..., :3] * np.array(color)
+    # A single image is repeated on all sides.
+    return np.broadcast_to(images.round().astype(np.uint8), (6, width, width, 3))
 
 
 def _painted(radius: float, images: Images) -> Any:

@@ -31,7 +31,7 @@ from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.langevin.temperature import MATCH
-from magmotor.mjcf.lookup import label
+from magmotor.mjcf.lookup import disabled, label
 
 UNSTABLE, RESOLVED = 2.0, 0.5
 """Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
@@ -75,6 +75,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     description = described(model)
     pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
     yield from _idleness(model, description)
+    yield from _skipped(model, description)
     yield from _huge(description)
     yield from misplaced
     yield from _overlaps(model, state)
@@ -102,6 +103,16 @@ def _idleness(model: mujoco.MjModel, found: Description) -> Iterator[Failure]:
     """Yield at most one failure: that nothing acts on a model which has what should."""
     if found.idle and not found.acting and (found.marked or found.plugin or model.nuser_site):
         yield Failure("nothing", f"acts on this model. Not acting: {'; '.join(found.idle)}")
+
+
+def _skipped(model: mujoco.MjModel, found: Description) -> Iterator[Failure]:
+    """Yield at most one failure: that a flag disables the callback on which the forces depend."""
+    if found.acting and not found.plugin and disabled(model, "actuation"):
+        yield Failure(
+            "magnetism()",
+            "does nothing, since MuJoCo skips it while the flag actuation is disabled: enable the"
+            " flag, or let the plugin magmotor.forces act",
+        )
 
 
 def _huge(found: Description) -> Iterator[Failure]:

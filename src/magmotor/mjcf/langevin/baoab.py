@@ -83,7 +83,7 @@ class Baoab(Thermostat):
         ValueError
             The data belong to another model, the timestep was changed, or `nstep` is invalid.
         FloatingPointError
-            The state is lost: it is not finite, or the speeds add up to 1e10 or more.
+            The state is lost: it is not finite, or a speed has reached 1e10.
         mujoco.FatalError
             The same errors as in `magnetism`.
         """

@@ -95,17 +95,17 @@ def _advance(checksum: int, offsets: layout.Layout):
         while True:
             _compute_forces(model, data, offsets, coefficients, force)
             if done > 0:
-                size = 0.0
+                kept = True
                 for i in range(n):
                     qvel[i] += coefficients.kick[i] * force[i]
-                    size += abs(qvel[i])
+                    kept = kept and abs(qvel[i]) < LOST
                 time[0] += coefficients.timestep
+                if not kept:
+                    return BY_TIME
                 if len(path) > 0:
                     nq = path.shape[1] - n
                     copy(path[done - 1, :nq], qpos)
                     copy(path[done - 1, nq:], qvel)
-                if not size < LOST:
-                    return BY_TIME
             if done == count:
                 return first + done
             for i in range(n):

@@ -74,7 +74,7 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 class LangevinDiverged(FloatingPointError):
-    """The motion of a replica could not be followed, was no longer finite, or was huge.
+    """The motion of a replica could not be followed, was no longer finite, or became huge.
 
     Attributes
     ----------
@@ -288,7 +288,7 @@ class Langevin(Thermostat):
         ValueError
             The data belong to another model, the timestep was changed, or `nstep` is invalid.
         FloatingPointError
-            The motion cannot be followed, is not finite, or has speeds that add up to 1e10 or more.
+            The motion cannot be followed, is not finite, or has reached a speed of 1e10.
         mujoco.FatalError
             The same errors as in `magnetism`.
         """

@@ -31,7 +31,7 @@ BY_TIME = -(2**63)
 """Stands for a step number to be derived from the time of `mjData`, exact up to 5e7 steps."""
 
 LOST = mujoco.mjMAXVAL
-"""Sum of the speeds from which a state counts as lost, as for MuJoCo: 1e10."""
+"""Speed, 1e10, above which a state counts as lost, as MuJoCo warns of it."""
 
 
 class Steps(NamedTuple):
