@@ -213,11 +213,11 @@ def in_terminal(arguments, columns, folder, pipe=""):
 
     terminal, end = pty.openpty()
     fcntl.ioctl(end, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
-    streams = {"stdin": end, "stdout": end, "stderr": end}
+    out, error = (subprocess.PIPE if pipe == name else end for name in ("stdout", "stderr"))
+    command = [sys.executable, "-m", "magmotor", *arguments]
     with subprocess.Popen(
-        [sys.executable, "-m", "magmotor", *arguments], cwd=folder, text=True,
-        **streams | ({pipe: subprocess.PIPE} if pipe else {}),
-    ) as process:  # fmt: skip
+        command, cwd=folder, text=True, stdin=end, stdout=out, stderr=error
+    ) as process:
         os.close(end)
         shown = b""
         with contextlib.suppress(OSError):  # at its end

@@ -124,7 +124,6 @@ def test_search_finds_terms_questions_and_messages_among_the_first_results(open_
         ("directory must be empty", "faq.html#directory-must-be-empty-or-hold-this-sweep"),
         ("nothing moves", "faq.html#nothing-moves"),
         ("explodes", "faq.html#it-explodes-or-magnets-fly-apart"),
-        ("which timestep", "faq.html#which-timestep-do-i-need"),
         ("which timestep", "advice.html"),
         ("cache", "faq.html#may-i-delete-the-cache"),
         ("import order", "faq.html#import-order"),

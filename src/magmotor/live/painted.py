@@ -49,11 +49,11 @@ def _images(model: mujoco.MjModel, material: int) -> Images | None:
     *color, opacity = model.mat_rgba[material]
     if texture < 0 or opacity < 1 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_CUBE:
         return None
-    width, height = model.tex_width[texture], model.tex_height[texture]
-    channels, start = model.tex_nchannel[texture], model.tex_adr[texture]
+    start, width = model.tex_adr[texture], int(model.tex_width[texture])
+    channels = int(model.tex_nchannel[texture])
     if channels < 3:
         return None
-    images = model.tex_data[start : start + width * height * channels]
+    images = model.tex_data[start : start + width * model.tex_height[texture] * channels]
     images = images.reshape(-1, width, width, channels)[..., :3] * np.array(color)
     # A single image is repeated on all sides.
     return np.broadcast_to(images.round().astype(np.uint8), (6, width, width, 3))
