@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 
 import magmotor as mm
 from magmotor.advice.points import Point
@@ -98,8 +99,11 @@ def test_advice_is_printed_and_drawn(run, tmp_path):
     assert out.endswith("wrote advise.png\n")
     assert (tmp_path / "advise.png").stat().st_size > 10_000
     quick = ("--keyframe", "up", "--budget", "1", "--error", "0.3", "--picture")
-    assert run("advise", "pendulum.xml", *quick, "a/b.svg", "--dpi", "80")[0] == 0
+    assert run("advise", "pendulum.xml", *quick, "a/b.svg")[0] == 0
     assert "<svg" in (tmp_path / "a" / "b.svg").read_text()
+    assert run("advise", "pendulum.xml", *quick, "b.png", "--dpi", "50")[0] == 0
+    with Image.open(tmp_path / "b.png") as picture:
+        assert picture.size == (500, 220)
     assert run("advise", "pendulum.xml", *quick, "None")[1].count("wrote") == 0
 
 

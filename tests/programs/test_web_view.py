@@ -448,6 +448,21 @@ def test_a_painted_sphere_has_the_colors_that_mujoco_draws(camera, sides):
     assert (error < 3).mean() > 0.85  # 0.92: the others are near edges
 
 
+def test_the_first_twenty_opaque_spheres_are_painted():
+    def spheres(opacity, count):
+        return f'<geom type="sphere" size="1" material="quarters" rgba="1 1 1 {opacity}"/>' * count
+
+    material = 'specular="0" rgba="1 0.5 0.8 1"'
+    text = PAINTED.format("").replace(
+        "</worldbody>", f"{spheres(0, 1)}{spheres(1, 21)}</worldbody>"
+    )
+    assets = {"quarters.png": png(np.zeros((64, 64, 3), np.uint8))}
+    model = mujoco.MjModel.from_xml_string(text, assets)
+    assert [*painted_spheres(model)] == [0, *range(2, 21)]
+    clear = text.replace(material, 'rgba="1 1 1 0.5"')
+    assert not painted_spheres(mujoco.MjModel.from_xml_string(clear, assets))
+
+
 @pytest.mark.parametrize(
     ("size", "exponent"), [(0, 0), (0.01, 0), (9999, 0), (2e-5, -6), (1e-3, -3), (1e4, 3)]
 )

@@ -18,10 +18,10 @@ from magmotor.advice.report import percent
 from magmotor.advice.statistics import cheapest
 from magmotor.advice.survey import Survey
 from magmotor.advice.thermal import Thermal
+from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, fraction, number
-from magmotor.common.optional import extra
 
 LEAST, USUAL, MOST = 48, 1.0, 10**8
 """Smallest duration in timesteps of the model, the usual one in s, and the largest in timesteps."""
@@ -114,8 +114,7 @@ def advise(
     >>> model.opt.timestep = advice.timestep  # doctest: +SKIP
     """
     if picture is not None:
-        with extra("movies"):
-            import matplotlib  # noqa: F401 - a missing package is better known before the measurement
+        style.check_matplotlib()
     advice = survey(
         model, data, quantity=quantity, duration=duration, error=error, budget=budget,
         detail=detail, kT=kT,

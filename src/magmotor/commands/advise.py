@@ -20,7 +20,6 @@ from magmotor.commands.picture_options import check_as
 from magmotor.common import style
 from magmotor.common.checks import check_number, reject
 from magmotor.common.hints import Dpi, Picture
-from magmotor.common.optional import extra
 from magmotor.mjcf.checking.check import check
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.noise import check_seed
@@ -68,8 +67,7 @@ class Options:
         """Check what would otherwise fail only after the measurement."""
         if self.picture is None:
             return
-        with extra("movies"):
-            import matplotlib  # noqa: F401 - a missing package is better known early
+        style.check_matplotlib()
         check_as(Picture, "picture", self.picture.name)
         check_as(Dpi, "dpi", self.dpi)
         make_folder(self.picture.parent)

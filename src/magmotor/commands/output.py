@@ -111,7 +111,8 @@ class Wrapped:
 
 def write_verbatim(text: str) -> None:
     """Write text whose lines must stay whole, such as a program, to stdout."""
-    getattr(sys.stdout, "stream", sys.stdout).write(text)
+    stream = sys.stdout.stream if isinstance(sys.stdout, Wrapped) else sys.stdout
+    stream.write(text)
 
 
 def warn_in_one_line() -> None:

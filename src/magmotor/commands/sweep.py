@@ -149,9 +149,6 @@ def main() -> None:
 
 def sweep(scene: Any, options: Options) -> None:
     options.check_pictures()
-    if not options.vary:
-        form = "FIELD=START:STOP:COUNT or FIELD=VALUE,VALUE,..."
-        fail(f"--vary is missing: it must be {form}", MISTAKE)
     axes, numbers = varied(options.vary, options.design), seeds(options.seeds)
     plan = Sweep(
         scene=scene,

@@ -10,6 +10,9 @@ from magmotor.numerics.reproducible import geometric
 from magmotor.sweep import Range, Samples
 from magmotor.sweep.axes import MOST
 
+FORMS = "FIELD=START:STOP:COUNT or FIELD=VALUE,VALUE,..."
+"""What `--vary` may be without `--design`."""
+
 
 @dataclass
 class Varied:
@@ -21,11 +24,13 @@ class Varied:
 
 def varied(entries: list[str], design: str | None) -> Varied:
     """Parse entries like tilt=0:0.2:21, tilt=0,0.1, or with a design tilt=0:0.2."""
+    if not entries:
+        raise ValueError(f"--vary is missing: it must be {FORMS}")
     found, ranges = Varied(), {}
     for entry in entries:
         names, equals, text = entry.partition("=")
         if not (names and equals and text):
-            raise reject("vary", entry, "must be FIELD=START:STOP:COUNT or FIELD=VALUE,VALUE,...")
+            raise reject("vary", entry, f"must be {FORMS}")
         fields = tuple(names.split(","))
         if fields in found.vary or names in ranges:
             raise reject("vary", entry, "must vary each field only once")

@@ -86,6 +86,12 @@ STYLE: dict[Any, Any] = {
 """Matplotlib's settings of all figures: `rcParams.update(STYLE)` gives yours the same look."""
 
 
+def check_matplotlib() -> None:
+    """Raise MissingExtra if matplotlib is not installed, before a long run rather than after it."""
+    with extra("movies"):
+        import matplotlib  # noqa: F401
+
+
 @contextmanager
 def figure(width: float, height: float) -> Iterator["Figure"]:
     """Create a figure in this style, without pyplot; width and height are in inches."""

@@ -1,5 +1,6 @@
 """Spheres in the colors of their textures, which mjviser draws in one color."""
 
+from itertools import islice
 from typing import Any
 
 import mujoco
@@ -25,9 +26,11 @@ def painted_spheres(model: mujoco.MjModel) -> dict[int, Any]:
     """Return opaque spheres whose material has a cube texture, as meshes with colors, by geom."""
     spheres = model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE
     seen = spheres & (model.geom_rgba[:, 3] > 0) & (model.geom_group < 3) & (model.geom_matid >= 0)
-    found = {int(geom): _images(model, model.geom_matid[geom]) for geom in np.flatnonzero(seen)}
-    textured = [(geom, images) for geom, images in found.items() if images is not None]
-    return {geom: _painted(model.geom_size[geom, 0], images) for geom, images in textured[:MOST]}
+    found = ((geom, _images(model, model.geom_matid[geom])) for geom in np.flatnonzero(seen))
+    textured = ((int(geom), images) for geom, images in found if images is not None)
+    return {
+        geom: _painted(model.geom_size[geom, 0], images) for geom, images in islice(textured, MOST)
+    }
 
 
 def colors(images: Images, directions: Array) -> Images:

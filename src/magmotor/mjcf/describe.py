@@ -27,6 +27,9 @@ PREFIXES = ("coupling", "field", "coil", "iron")
 HUGE, OF_NEODYMIUM = 1e3, 140.0
 """From which moment in A m^2 a site has it by mistake, and the moment of 1 kg of neodymium."""
 
+SKIPPED = "since MuJoCo skips it while the flag actuation is disabled"
+"""Why `magnetism` does nothing with some models."""
+
 OF_PLANETS = 1e15
 """From which moment in A m^2 a site that cannot move stands for a planet."""
 
@@ -376,7 +379,7 @@ def _idle(
     yield from _misplaced_fields(model)
     if not _has_plugin(model):
         if disabled(model, "actuation"):
-            yield "magnetism(), since MuJoCo skips it while the flag actuation is disabled"
+            yield f"magnetism(), {SKIPPED}"
         return
     if (model.plugin == magmotor_plugin.register()).sum() > 1:
         yield "further instances of magmotor.forces, since the first one acts on the whole model"

@@ -28,7 +28,7 @@ from magmotor.mjcf.checking.contact_rule import (
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
-from magmotor.mjcf.describe import Description, described, weighed
+from magmotor.mjcf.describe import SKIPPED, Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.langevin.temperature import MATCH
 from magmotor.mjcf.lookup import disabled, label
@@ -110,8 +110,7 @@ def _skipped(model: mujoco.MjModel, found: Description) -> Iterator[Failure]:
     if found.acting and not found.plugin and disabled(model, "actuation"):
         yield Failure(
             "magnetism()",
-            "does nothing, since MuJoCo skips it while the flag actuation is disabled: enable the"
-            " flag, or let the plugin magmotor.forces act",
+            f"does nothing, {SKIPPED}: enable the flag, or let the plugin magmotor.forces act",
         )
 
 
