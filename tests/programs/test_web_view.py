@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+import urllib.error
 import urllib.request
 from contextlib import nullcontext
 
@@ -267,6 +268,121 @@ def test_a_page_is_never_shared_through_another_server(shown, monkeypatch):
 
     monkeypatch.setattr(ViserServer, "request_share_url", share)
     assert shown(mm.Disk())._page._server.request_share_url() is None
+
+
+@pytest.fixture
+def connect(request):
+    """Return a function that connects to a view as a browser does, with other headers if given."""
+    viser, client = pytest.importorskip("viser"), pytest.importorskip("websockets.sync.client")
+
+    def connection(view, **headers):
+        address = view.url.replace("http", "ws")
+        headers = {"Host": address[5:], "Origin": view.url} | headers
+        host = headers.pop("Host")
+        protocol = [f"viser-v{viser.__version__}"]
+        sock = socket.create_connection(("127.0.0.1", int(view.url.rpartition(":")[2])))
+        request.addfinalizer(sock.close)
+        options = {"subprotocols": protocol, "compression": None, "max_size": None}
+        return client.connect(f"ws://{host}", sock=sock, origin=headers.pop("Origin"), **options)
+
+    return connection
+
+
+CAMERA = {
+    "type": "ViewerCameraMessage", "wxyz": [1, 0, 0, 0], "position": [0, 0, 1], "fov": 1.0,
+    "near": 0.1, "far": 10.0, "image_height": 1, "image_width": 1, "look_at": [0, 0, 0],
+    "up_direction": [0, 0, 1],
+}  # fmt: skip
+
+
+def test_a_page_ignores_what_it_does_not_send(shown, connect, capsys):
+    """Each of the messages would end the view, fill the memory or change the page for good."""
+    msgspec = pytest.importorskip("msgspec")
+    view = shown(mm.Top())
+    pause, tilt = view._page._pause, slider(view, "tilt")
+    arrows = next(c.handle for c in view._page._controls if c.handle.label == "arrows")
+    update = lambda handle, **new: {  # noqa: E731
+        "type": "GuiUpdateMessage", "uuid": handle._impl.uuid, "updates": new
+    }  # fmt: skip
+    hostile = [
+        update(arrows, value="everything"),
+        update(arrows, options=["everything"], value="everything"),
+        update(tilt, value="much"),
+        update(tilt, value=float("nan")),
+        update(tilt, value=1e9),
+        update(tilt, value=[0.1]),
+        update(tilt, min=-1e9),
+        update(tilt, removed=True),
+        update(pause, label=7),
+        update(pause, value="x"),
+        update(view._page._notice, value="hacked"),
+        {"type": "FileTransferStartUpload", "source_component_uuid": tilt._impl.uuid,
+         "transfer_uuid": "x", "filename": "x", "mime_type": "x", "part_count": 9999,
+         "size_bytes": 1 << 29},
+        {"type": "ShareUrlRequest"},
+        {"type": "RunJavascriptMessage", "source": "x"},
+        {"type": "NoSuchMessage"},
+        CAMERA | {"position": [0, 0, float("inf")]},
+        CAMERA | {"wxyz": [1, 0, 0]},
+        CAMERA | {"owner": "x"},
+        ["GuiUpdateMessage"],
+    ]  # fmt: skip
+    before = arrows.options, arrows.value, tilt.value, tilt.min, pause.label
+    with connect(view) as browser:
+        for message in hostile:
+            browser.send(msgspec.msgpack.encode(message))
+        browser.send(b"\xff\x00 no message")
+        browser.send("text")
+        browser.send(msgspec.msgpack.encode(CAMERA))
+        browser.send(msgspec.msgpack.encode(update(tilt, value=0.1)))
+        until(lambda: tilt.value == 0.1, "the slider does not move")
+        until(lambda: view._loop.simulation.data.time > 0, "the simulation does not run")
+    assert (arrows.options, arrows.value, tilt.min, pause.label) == (*before[:2], *before[3:])
+    assert view._thread.is_alive()
+    assert capsys.readouterr().err.count("ignores a message") == 1
+
+
+def test_a_page_closes_the_connection_at_a_message_of_a_megabyte(shown, connect):
+    from websockets.exceptions import ConnectionClosed
+
+    view = shown(mm.Disk())
+    browser = connect(view)
+    with pytest.raises(ConnectionClosed):  # noqa: PT012
+        browser.send(bytes(1 << 20))
+        while True:
+            browser.recv(timeout=10)
+    assert view._thread.is_alive()
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Host": "evil.example:8080", "Origin": "http://evil.example:8080"},
+        {"Host": "127.0.0.1.evil.example", "Origin": "http://127.0.0.1.evil.example"},
+    ],
+)
+def test_pages_of_other_sites_cannot_connect(headers, shown, connect):
+    """The last two are sites whose name leads to this computer (DNS rebinding)."""
+    from websockets.exceptions import InvalidStatus
+
+    with pytest.raises(InvalidStatus) as refused:
+        connect(shown(mm.Disk()), **headers)
+    assert refused.value.response.status_code == 403
+
+
+def test_pages_are_served_to_addresses_and_names_of_this_computer(shown, connect):
+    view = shown(mm.Disk(), host="0.0.0.0")
+    port = view.url.rpartition(":")[2]
+    for name in ("127.0.0.1", "[::1]", "192.0.2.1", "localhost", socket.gethostname()):
+        connect(view, Host=f"{name}:{port}", Origin=f"http://{name}:{port}").close()
+    connect(view, Origin=None).close()  # no browser
+    request = urllib.request.Request(f"http://127.0.0.1:{port}", headers={"Host": "evil.example"})
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        urllib.request.urlopen(request)
+    assert refused.value.code == 403
+    refused.value.close()
 
 
 def test_a_page_runs_at_the_speed_asked_for(shown):

@@ -23,6 +23,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.optional import extra
 from magmotor.live.camera import eye, free_camera, traveler
+from magmotor.live.gate import Gate, is_number
 from magmotor.live.loop import ARROWS, Loop
 from magmotor.live.painted import painted_spheres
 from magmotor.mjcf.arrows import MOMENT
@@ -62,6 +63,7 @@ class Control(NamedTuple):
     handle: Any
     get: Callable[[], Any]
     put: Callable[[Any], None]
+    allows: Callable[[Any], bool]
     tolerance: float = 0.0
 
 
@@ -78,7 +80,8 @@ class Page:
 
     def __init__(self, loop: Loop, host: str, port: int):
         self._loop, self._frames = loop, 0
-        self._server, self._scene, self._painted = _serve(loop.simulation.model, host, port)
+        gate = Gate(host)
+        self._server, self._scene, self._painted = _serve(loop.simulation.model, host, port, gate)
         self.url = f"http://{_shown(host)}:{self._server.get_port()}"
         self._follows = traveler(loop.simulation.model) is not None
         self._scene.camera_tracking_enabled = self._follows
@@ -88,8 +91,10 @@ class Page:
         self._aim()
         gui = self._server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
-        self._add_buttons()
+        buttons = self._buttons()
         self._controls = [*self._switches(), *self._sliders()]
+        gate.inputs |= {handle._impl.uuid: allows for handle, allows in buttons}
+        gate.inputs |= {one.handle._impl.uuid: one.allows for one in self._controls}
         self._seen = [control.get() for control in self._controls]
         self._notice = gui.add_text("notice", "", multiline=True, disabled=True, visible=False)
         self._numbers = gui.add_html("")
@@ -158,7 +163,8 @@ class Page:
                 client.camera.position = target + farther
                 client.camera.look_at = target  # which has moved with the camera
 
-    def _add_buttons(self) -> None:
+    def _buttons(self) -> list[tuple[Any, Callable[[Any], bool]]]:
+        """Add the buttons; return them, with the values that a click may send."""
         gui, press = self._server.gui, self._loop.press
         self._pause = gui.add_button("Pause")
         self._pause.on_click(lambda _: self._pressed.put(lambda: press(ord(" "))))
@@ -169,6 +175,8 @@ class Page:
         speed.on_click(
             lambda event: self._pressed.put(partial(press, ord(keys[event.target.value])))
         )
+        is_flag = lambda value: isinstance(value, bool)  # noqa: E731
+        return [(self._pause, is_flag), (reset, is_flag), (speed, keys.keys().__contains__)]
 
     def _switches(self) -> list[Control]:
         """Add a checkbox for each force that acts, and the choice of arrows."""
@@ -178,6 +186,7 @@ class Page:
                 gui.add_checkbox(name, initial_value=simulation.on[name]),
                 lambda name=name: simulation.on[name],
                 lambda _, name=name: simulation.switch(name),
+                lambda value: isinstance(value, bool),
             )
             for name, declared in simulation.declared.items()
             if declared
@@ -185,7 +194,7 @@ class Page:
         if loop.is_magnetic:
             handle = gui.add_dropdown("arrows", ARROWS, initial_value=loop.arrows)
             put = lambda value: setattr(loop, "arrows", value)  # noqa: E731
-            found.append(Control(handle, lambda: loop.arrows, put))
+            found.append(Control(handle, lambda: loop.arrows, put, ARROWS.__contains__))
         return found
 
     def _sliders(self) -> list[Control]:
@@ -212,7 +221,9 @@ class Page:
 
         label = _scaled(name, exponent)
         handle = self._server.gui.add_slider(label, low, high, step, initial_value=get())
-        return Control(handle, get, put, tolerance=step / 2)
+        half = step / 2
+        allows = lambda value: is_number(value) and low - half < value < high + half  # noqa: E731
+        return Control(handle, get, put, allows, tolerance=half)
 
     def _empty_curves(self) -> dict[str, Any]:
         colors = style.BLUE, style.ORANGE, style.GREEN, style.PURPLE
@@ -282,14 +293,17 @@ class Page:
         handle.points, handle.colors = ends.astype(np.float32), rgb
 
 
-def _serve(model: mujoco.MjModel, host: str, port: int) -> tuple[Any, Any, dict[int, Any]]:
+def _serve(
+    model: mujoco.MjModel, host: str, port: int, gate: Gate
+) -> tuple[Any, Any, dict[int, Any]]:
     """Return a running server, and the picture of a model and its painted spheres on its page."""
     with extra("web"):
         from mjviser import ViserMujocoScene
         from viser import ViserServer
     port = _free_port(host, port)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # of what others send
-    with QUIET, redirect_stdout(io.StringIO()):  # the server prints its address in a frame
+    # The server prints its address in a frame.
+    with QUIET, redirect_stdout(io.StringIO()), gate.around_servers():
         server = ViserServer(host, port, label="magmotor", verbose=False)
     server.request_share_url = lambda verbose=True: None  # a page must not open a way in
     add = server.scene.add_batched_meshes_trimesh  # as for mjviser's bodies, or they move later
