@@ -1,7 +1,11 @@
 """User-defined measures for the tests of sweeps: they wait, fail, or kill their process."""
 
+import errno
 import os
 import time
+
+full = True
+"""Whether the disk to which `saved` writes is full."""
 
 
 def waited(run, scene):
@@ -20,6 +24,13 @@ def fatal(run, scene):
 def changing(run, scene):
     """Change the run itself."""
     run.x.values[:] = 0
+    return 1.0
+
+
+def saved(run, scene):
+    """Write to a disk that may be full."""
+    if full and scene.noise > 1:
+        raise OSError(errno.ENOSPC, "No space left on device", "disk/file")
     return 1.0
 
 

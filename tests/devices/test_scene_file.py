@@ -93,10 +93,12 @@ WRONG = {
     'scene = "Top"\nring_script = [1]': r"ring_script\[0\] = 1: must be time, height, tilt",
     'scene = "Disk"\npotential = [["sin"]]': r"potential\[0\] = .*: must be a pair",
     'scene = "Top"\nfriction = ': "it is not TOML: Invalid value",
-    "a = " + 100_000 * "[": "it is not TOML: ",
+    "a = " + 40_000 * "[": "it is not TOML: ",
     "a = " + 10_000 * "1": "it is not TOML: ",
     "\udcff": "it is not TOML: it is not text in UTF-8",
-    1_000_001 * "#": "it is too long for a scene",
+    50_001 * "#": "it is too long for a scene",
+    f"[{'.'.join(24_000 * 'a')}]": "it has a key of more than five parts",
+    f"{' . '.join(12_000 * ['a'])} = 1": "it has a key of more than five parts",
 }
 
 

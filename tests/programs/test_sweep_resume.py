@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sweep_measures
 from sweep_driver import FEW, SWEEP, contents, drive, environment
 
 import magmotor as mm
@@ -305,6 +307,80 @@ def test_a_full_disk_stops_the_sweep_and_loses_nothing(tmp_path, whole, monkeypa
     with ThreadPoolExecutor(8) as executor:
         mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
     assert contents(directory) == whole
+
+
+def test_a_full_disk_of_a_worker_fails_no_case(tmp_path, monkeypatch):
+    sweep = Sweep(
+        scene=mm.Disk(), vary={"noise": (1.0, 2.0, 3.0)}, measure=["sweep_measures:saved"],
+        method="variational/baoab", timestep=0.05, duration=5.0,
+    )  # fmt: skip
+    with ThreadPoolExecutor(1) as executor:
+        with pytest.raises(OSError, match="No space left on device") as stop:
+            mm.sweep.run(sweep, tmp_path / "s", workers=1, executor=executor)
+        assert stop.value.filename == "disk/file"
+        found = mm.sweep.status(tmp_path / "s")
+        assert (found.done, found.failed, found.missing) == (1, 0, 2)
+        monkeypatch.setattr(sweep_measures, "full", False)
+        assert mm.sweep.run(sweep, tmp_path / "s", workers=1, executor=executor).done == 3
+
+
+def test_whole_runs_need_no_temporary_folder(tmp_path, monkeypatch):
+    sweep = Sweep(
+        scene=mm.Disk(), vary={"noise": (1.0, 2.0)}, measure=["trajectory"],
+        method="variational/baoab", timestep=0.05, duration=5.0,
+    )  # fmt: skip
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "no such folder"))
+    with ThreadPoolExecutor(1) as executor:
+        tally = mm.sweep.run(sweep, tmp_path / "s", workers=1, executor=executor)
+    assert (tally.done, tally.failed) == (2, 0)
+
+
+def drive_until_few(directory, monkeypatch, intervene):
+    """Run the sweep, and intervene after `FEW` results."""
+    keep, kept = Directory.keep, []
+
+    def counted(self, case, outcome):
+        keep(self, case, outcome)
+        kept.append(case)
+        if len(kept) == FEW:
+            intervene()
+
+    with monkeypatch.context() as patch, ThreadPoolExecutor(8) as executor:
+        patch.setattr(Directory, "keep", counted)
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+
+
+def test_a_directory_that_is_moved_ends_the_sweep_which_can_be_resumed(
+    tmp_path, whole, monkeypatch
+):
+    directory, moved = tmp_path / "s", tmp_path / "moved"
+    with pytest.raises(FileNotFoundError, match="moved or removed while the sweep ran"):
+        drive_until_few(directory, monkeypatch, lambda: directory.rename(moved))
+    assert not directory.exists()
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, moved, workers=8, executor=executor)
+    assert results(contents(moved)) == whole
+
+
+def test_another_directory_in_its_place_ends_the_sweep(tmp_path, monkeypatch):
+    directory = tmp_path / "s"
+
+    def replace():
+        shutil.rmtree(directory)
+        directory.mkdir()
+
+    with pytest.raises(FileNotFoundError, match="moved or removed while the sweep ran"):
+        drive_until_few(directory, monkeypatch, replace)
+    assert not contents(directory)
+
+
+def test_results_that_are_removed_during_the_sweep_do_not_count(tmp_path, whole, monkeypatch):
+    directory = tmp_path / "s"
+    with pytest.raises(FileNotFoundError, match=f"{FEW} of {len(SWEEP)} results are missing"):
+        drive_until_few(directory, monkeypatch, lambda: shutil.rmtree(directory / "done"))
+    with ThreadPoolExecutor(8) as executor:
+        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+    assert results(contents(directory)) == whole
 
 
 SMALL_DISK = """

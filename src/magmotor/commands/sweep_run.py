@@ -89,7 +89,7 @@ def run(plan: Sweep, folder: Path, options: RunOptions) -> mm.sweep.Tally:
     except SweepInterrupted as stop:
         fail(f"{stop}; the same command resumes it", INTERRUPTED)
     except OSError as error:
-        reason = f"cannot write to {folder}: {error.strerror or error}"
+        reason = f"cannot write to {error.filename or folder}: {error.strerror or error}"
         fail(f"{reason}; written files are complete, and the same command resumes", UNWRITTEN)
     except (NoWorkers, OtherVersions) as error:
         fail(f"{error}; written files are complete", DIVERGED)

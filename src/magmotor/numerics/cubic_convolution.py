@@ -15,6 +15,9 @@ from numba import njit
 FEWEST = 4
 """Smallest number of nodes along an axis."""
 
+ROUNDED = 1e-6
+"""Distance beyond the outermost nodes, in spacings, that counts as a rounding error of a place."""
+
 
 @njit
 def interpolate(place, counts, nodes):
@@ -55,7 +58,7 @@ def _weights(place, count):
 
     Beyond the grid, a parabola through the three outermost nodes continues the values.
     """
-    inside = 0.0 <= place <= count - 1
+    inside = -ROUNDED <= place <= count - 1 + ROUNDED
     cell = min(int(place), count - 2) if inside else 0
     t = place - cell if inside else math.nan
     a, b = t * (t * (1.0 - 0.5 * t) - 0.5), 1.0 + t * t * (1.5 * t - 2.5)

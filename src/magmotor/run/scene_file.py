@@ -1,6 +1,7 @@
 """Scenes as TOML files, for people to read and edit."""
 
 import json
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,8 +14,11 @@ from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_with
 from magmotor.device.quantities import field_descriptions
 
-LARGEST = 1_000_000
+LARGEST = 50_000
 """Largest number of characters in a file of a scene."""
+
+DEEP = re.compile(r"""(?:\.\s*(?:"[^"\n]*"|'[^'\n]*'|[\w-]+)\s*){5}""")
+"""A key of many tables, for which tomllib takes time in the cube of their number."""
 
 
 @checked
@@ -52,6 +56,8 @@ def read_scene(path: str | Path) -> Scene:
             text = file.read(LARGEST + 1)
         if len(text) > LARGEST:
             raise ValueError("it is too long for a scene")
+        if DEEP.search(text):
+            raise ValueError("it has a key of more than five parts, but fields have one")
         return _scene(text)
     except UnicodeDecodeError:
         raise ValueError(f"{path}: it is not TOML: it is not text in UTF-8") from None

@@ -1,12 +1,11 @@
 """Computation of a case in a worker process: the run, its measures, and the bytes to store."""
 
+import errno
 import io
-import tempfile
 import threading
 import time
 import warnings
 from contextlib import redirect_stderr
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +29,12 @@ ONE_CASE = threading.Lock()
 """Held while a process runs a case, since it redirects warnings and standard error globally."""
 
 
+OF_THE_MACHINE = {
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM
+}  # fmt: skip
+"""Errors that say nothing about a case, which can succeed once the machine has room again."""
+
+
 class Outcome(NamedTuple):
     """The outcome of a case: a file's content, or an error and the records so far."""
 
@@ -50,6 +55,8 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
     ------
     OtherVersions
         This process has other versions than the case requires.
+    OSError
+        The machine has no room, for example on a disk.
     """
     own = versions_that_matter(case.spec["method"])
     if own != case.spec["versions"]:
@@ -64,6 +71,8 @@ def compute(case: Case, measure: tuple[str, ...]) -> Outcome:
         if measure == (TRAJECTORY,):
             content = bytes_with_checksum(netcdf(stop.dataset), case.key)
     except (Exception, SystemExit) as exception:
+        if isinstance(exception, OSError) and exception.errno in OF_THE_MACHINE:
+            raise
         error = _reason(exception)
     compiled = COMPILATION.seconds - compiled
     return Outcome(content, error, time.perf_counter() - began - compiled)
@@ -111,15 +120,14 @@ COUNTED = ("step", "replica")
 def netcdf(run: xr.Dataset) -> bytes:
     """Return a dataset as the bytes of a file in netCDF's classic format."""
     import netCDF4
+    from xarray.backends import NetCDF4DataStore
 
     run = run.assign_coords({name: run[name].astype(float) for name in COUNTED if name in run})
     attributes, run.attrs = run.attrs, {}
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "run.nc"
-        run.to_netcdf(path, engine="netcdf4", format=FORMAT)
-        with netCDF4.Dataset(path, "a") as file:  # xarray would cut seeds down to 32 bits
-            file.setncatts(attributes)
-        return path.read_bytes()
+    file = netCDF4.Dataset("run.nc", "w", format=FORMAT, memory=run.nbytes)
+    run.dump_to_store(NetCDF4DataStore(file))
+    file.setncatts(attributes)  # xarray would cut seeds down to 32 bits
+    return bytes(file.close())
 
 
 def recorded(content: bytes) -> xr.Dataset:

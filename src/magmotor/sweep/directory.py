@@ -7,6 +7,7 @@ file has a checksum, is written in `parts/`, and moves to its place once it is o
 followed, and no name is imported.
 """
 
+import errno
 import json
 import os
 import stat
@@ -35,6 +36,8 @@ from magmotor.sweep.measures import TRAJECTORY
 
 SWEEP = "sweep.json"
 FOLDERS = {"parts", "claims", "done", "failed"}
+
+GONE = "was moved or removed while the sweep ran"
 
 ANOTHER = "give this sweep another directory (on the command line, --out)"
 
@@ -68,6 +71,7 @@ class Directory:
                 raise reject("directory", str(path), sentence)
             path.mkdir(parents=True, exist_ok=True)
             self._write(Path(SWEEP), with_checksum(spec))
+        self._inode = _inode(path)
         try:
             stored = _stored_spec(path)
         except Damaged as damage:
@@ -117,6 +121,7 @@ class Directory:
 
     def claim(self, case: Case) -> bool:
         """Claim a case before other drivers compute it; False if another driver has claimed it."""
+        self._check_in_place()
         claim = Path("claims", case.key)
         try:
             with self._path_to_write(claim).open("x") as file:
@@ -139,6 +144,7 @@ class Directory:
         OSError
             It cannot be written; earlier results are intact.
         """
+        self._check_in_place()
         failed = Path("failed", f"{case.key}.json")
         if outcome.error is None:
             assert outcome.content is not None
@@ -153,6 +159,18 @@ class Directory:
         self._remove(claim)
         self.claims.discard(claim)
 
+    def _check_in_place(self) -> None:
+        """Check that the path still leads to the directory, since results are not for another."""
+        if _inode(self.path) != self._inode or not (self.path / SWEEP).exists():
+            raise FileNotFoundError(errno.ENOENT, f"it {GONE}", str(self.path))
+
+    def check_kept(self, count: int) -> None:
+        """Check that the directory still has so many results; FileNotFoundError if it has fewer."""
+        lost = count - sum(1 for _ in self.path.glob(f"done/*/*{self.suffix}"))
+        if lost > 0:
+            reason = f"{lost} of {count} results are missing: it {GONE}"
+            raise FileNotFoundError(errno.ENOENT, reason, str(self.path))
+
     def _remove(self, file: Path) -> None:
         """Remove a file if it exists."""
         _check_inside(self.path, file)
@@ -161,9 +179,9 @@ class Directory:
     def _path_to_write(self, file: Path) -> Path:
         """Return the path of a file to write, and create its folder."""
         _check_inside(self.path, file)
-        path = self.path / file
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path
+        for folder in [*file.parents][-2::-1]:
+            (self.path / folder).mkdir(exist_ok=True)
+        return self.path / file
 
     def _write(self, file: Path, content: bytes) -> None:
         # Several threads of a driver may write the same file.
@@ -184,6 +202,15 @@ class Directory:
             with suppress(OSError, ValueError):
                 if is_dead(_content(self.path, Path("claims", claim.name)).decode()):
                     claim.unlink()
+
+
+def _inode(folder: Path) -> tuple[int, int] | None:
+    """Return what identifies a folder wherever it is moved; None if there is none."""
+    try:
+        found = folder.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _check_inside(root: Path, file: Path) -> None:

@@ -129,7 +129,8 @@ def run(
         The directory holds another sweep, or the sweep was read from a file and has a measure
         `package.module:function` that has not been allowed.
     OSError
-        A result cannot be written; earlier ones are intact.
+        A result cannot be written, a worker's machine has no room, or the directory or results were
+        moved or removed meanwhile. Other results are intact, and the same call resumes the sweep.
     SweepInterrupted
         Ctrl-C.
     SweepFailed
@@ -204,6 +205,7 @@ class _Driver:
                 self._submit(self.suspects[0])
             if self.running:
                 self._handle(self._next_ended())
+        self.store.check_kept(self.tally.done)
 
     def stop(self) -> None:
         """Abandon the cases in progress."""
