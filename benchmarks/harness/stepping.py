@@ -19,7 +19,7 @@ class Stepper:
     """Times `mj_step(model, data, nstep=2000)`, always from the same moving state.
 
     That state is the model's after 100 magnetized steps, or another stepper's. Without magnetism,
-    its `xfrc_applied` remains as a constant wrench.
+    no force takes its place.
     """
 
     def __init__(
@@ -34,14 +34,13 @@ class Stepper:
             with mm.magnetism():
                 mujoco.mj_step(model, self.data, nstep=WARM_UP)
             start = self
-        self.start = {
-            name: getattr(start.data, name).copy() for name in ("qpos", "qvel", "xfrc_applied")
-        }
+        self.start = {name: getattr(start.data, name).copy() for name in ("qpos", "qvel")}
 
     def seconds(self, *, magnetic: bool, stopwatch_runs: bool = False) -> float:
         """Return the seconds per step."""
         for name, value in self.start.items():
             getattr(self.data, name)[:] = value
+        self.data.xfrc_applied[:] = 0.0
         with ExitStack() as stack:
             if not stopwatch_runs:
                 stack.enter_context(without_stopwatch())

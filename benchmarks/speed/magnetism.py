@@ -21,8 +21,8 @@ SCENES = {
 }
 AT_MOST = {"planar, 20 dipoles": 1.15, "motor, 125 pairs": 1.4}
 NOTE = """\
-Both step the same model from the same state in motion, 2000 steps inside one mj_step; the bare one
-  keeps the initial wrench constant. MuJoCo's timers are off: they would lengthen both. The
+Both step the same model from the same state in motion, 2000 steps inside one mj_step; on the bare
+  one, no magnetic force acts. MuJoCo's timers are off: they would lengthen both. The
   motor's noise counts as magnetism."""
 
 

@@ -17,21 +17,23 @@ def response(n, chi):
     return n * chi / (n * chi + 2 * n + 1)
 
 
-def moment_of_two(distance, chi):
-    """The moment of each of two spheres on the axis of a field, in units of 4 pi a^3 B/mu0.
+def moment_of_two(distance, chi, across):
+    """The moment of each of two spheres in a field along their axis, in units of 4 pi a^3 B/mu0.
 
     The distance is in radii. The potential of each sphere is a series c_n P_n/r^(n+1), n > 0, that
-    responds to the other sphere's, which is its mirror image.
+    responds to the other sphere's, which is its mirror image. In a field across the axis, the
+    series is c_n P_n^1 cos(phi)/r^(n+1).
     """
     n, k = np.indices((ORDERS, ORDERS)) + 1
     own = response(n, chi)
-    matrix = np.eye(ORDERS) - own * comb(n + k, n) * distance ** -(n + k + 1.0)
+    coupling = comb(n + k, n) * (k / (n + 1) if across else -1.0)
+    matrix = np.eye(ORDERS) + own * coupling * distance ** -(n + k + 1.0)
     return np.linalg.solve(matrix, own[0, 0] * np.eye(ORDERS)[0])[0]
 
 
-def force_of_two(distance, radius, flux, chi):
+def force_of_two(distance, radius, flux, chi, across):
     """The energy is -m B/2 of each moment m; its derivative is a complex step's."""
-    slope = moment_of_two(distance + 1e-30j, chi).imag / 1e-30
+    slope = moment_of_two(distance + 1e-30j, chi, across).imag / 1e-30
     return 4 * math.pi * radius**2 / MU0 * flux**2 * slope
 
 
@@ -50,7 +52,7 @@ def force_on_dipole(distance, radius, moment, chi):
 def rows():
     """The rows of the docs' table: its name, and its cells."""
     lines = PAGE.read_text().split("| d/a |")[1].splitlines()
-    cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines[:4]]
+    cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines[:5]]
     return cells[0], {name: rest for name, *rest in cells[2:]}
 
 
@@ -59,14 +61,16 @@ def ratio(name, distance, chi):
     ball, place = free('size="0.01"'), f"0 0 {0.01 * distance}"
     if name.startswith("two"):
         bodies = ball + free('size="0.01"', place, "other")
-        _, data = iron(bodies, "0 0 0.02", f"{chi}", "piece other")
-        return force_of_two(distance, 0.01, 0.02, chi) / data.xfrc_applied[2, 2]
+        across = name.endswith("across the field")
+        field = "0.02 0 0" if across else "0 0 0.02"
+        _, data = iron(bodies, field, f"{chi}", "piece other")
+        return force_of_two(distance, 0.01, 0.02, chi, across) / data.xfrc_applied[2, 2]
     magnet = f'<body pos="{place}"><freejoint/><geom size="0.001"/><site user="2"/></body>'
     _, data = iron(ball + magnet, "0 0 0", f"{chi}")
     return force_on_dipole(distance, 0.01, 2, chi) / data.xfrc_applied[2, 2]
 
 
-@pytest.mark.parametrize("name", ["two spheres, along the field", "a dipole and a sphere"])
+@pytest.mark.parametrize("name", rows()[1])
 def test_the_table_of_forces(name):
     distances, table = rows()
     for distance, cell in zip(map(float, distances), table[name], strict=True):

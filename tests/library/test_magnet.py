@@ -6,6 +6,7 @@ second order in the size of the cells.
 
 import itertools
 import math
+import re
 from functools import cache
 from typing import Any
 
@@ -413,6 +414,25 @@ def test_bad_accuracies(error, gap, message):
     for request in (magnet.dipoles, magnet.mjcf):
         with pytest.raises(ValueError, match=message):
             request(error, gap)
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "count"),
+    [
+        ("cuboid", (0.01, 0.01, 0.002), 30),
+        ("cuboid", (0.02, 0.01, 0.005), 8),
+        ("cylinder", (0.01, 0.005), 5),
+        ("cylinder", (0.005, 0.02), 5),
+        ("cuboid", (0.005, 0.005, 0.02), 5),
+    ],
+)
+def test_too_small_a_gap_leads_to_the_layout_for_contact(shape, size, count):
+    """With the numbers of dipoles of the table in docs/contact.md."""
+    magnet = mm.magnet(shape, size, grade="N42")
+    with pytest.raises(ValueError, match="for magnets that touch") as caught:
+        magnet.dipoles(0.01, 1e-5)
+    error, gap = re.findall(r"error=([\d.]+) and gap=([\d.e-]+)", str(caught.value))[0]
+    assert len(magnet.dipoles(float(error), float(gap))[0]) == count
 
 
 def test_sizes_that_may_be_millimeters_are_doubted():

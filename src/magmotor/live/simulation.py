@@ -86,6 +86,8 @@ class LiveSimulation:
             )
         self.model, self.data = model, mujoco.MjData(model)
         self.scene = panel.scene if panel else None
+        if panel:
+            model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
         self.notice = ""
         first = model.nu - len(panel.sliders) if panel else 0
         self.sliders = range(first, model.nu)

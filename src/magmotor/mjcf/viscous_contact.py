@@ -82,7 +82,7 @@ class ViscousContact:
     model must be set:
 
     - `cone="elliptic"`;
-    - `impratio`, tiny if the contact bears the load; the devices use 1e-14. This removes the
+    - `impratio`, tiny if the contact bears the load; the devices use 1e-10, and single precision fails below. This removes the
       Coulomb friction of the model's other contacts. For a contact that bears no load, 1 suffices.
 
     The contact also reduces the other accelerations of the slip by the fraction A/R. The error of c
@@ -104,7 +104,7 @@ class ViscousContact:
     >>> import magmotor as mm
     >>> spec = mujoco.MjSpec.from_string('''
     ... <mujoco>
-    ...   <option cone="elliptic" impratio="1e-14"/>
+    ...   <option cone="elliptic" impratio="1e-10"/>
     ...   <worldbody>
     ...     <geom name="table" type="plane" size="1 1 1"/>
     ...     <body pos="0 0 0.05">

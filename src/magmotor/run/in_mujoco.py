@@ -39,6 +39,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     """Yield the recorded states after the initial one, in chunks; see `Job`."""
     model = build(job.scene)
     model.opt.timestep = job.timestep
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # it would hide divergence
     splitting = Baoab(model) if job.scheme == "baoab" else None
     if splitting is None:
         model.opt.integrator = INTEGRATORS[job.scheme]

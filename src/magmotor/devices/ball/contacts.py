@@ -25,7 +25,7 @@ def add_contacts(
 ) -> None:
     """Add the contact pairs of ball and floor to a tree that is otherwise complete."""
     on_plane, dry = scene.surface == "plane", any(dry_friction)
-    root.option.impratio = 1.0 if dry else 1e-14
+    root.option.impratio = 1.0 if dry else 1e-10
     common = {"geom1": "floor", "geom2": "ball", **bearing(scene.gravity)}
     if dry:
         sliding, torsional, rolling = dry_friction

@@ -77,11 +77,22 @@ def smallest_layout(
             points, parts = unit.cloud(orders, even)
             if judge.accepts((points, parts)):
                 return size * points, parts
+    touching = f"for magnets that touch, error=0.5 and gap={_contact_gap(body):.2g}"
     raise reject(
         "error",
         error,
-        f"requires more than {LIMIT} dipoles at gap = {gap:g} m: choose a larger error or gap",
+        f"requires more than {LIMIT} dipoles at gap = {gap:g} m: choose a larger error or gap;"
+        f" {touching}",
     )
+
+
+def _contact_gap(body: Cuboid | Tube) -> float:
+    """Return the gap in m of the layouts whose force at contact is best, for an error of 0.5.
+
+    Measured: the table of "Magnets of real shapes that touch" in docs/contact.md.
+    """
+    least, middle, largest = sorted(body.extents)
+    return (0.3 if middle**2 >= least * largest else 0.4) * least
 
 
 def _trusted_judge(
