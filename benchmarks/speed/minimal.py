@@ -18,7 +18,7 @@ SURFACES_NOTE = """\
 Magnetized steps, MuJoCo's stopwatch off. With friction both models pay for finding, setting up and
   solving one frictional contact; without it the planar model has no contact."""
 CHANGES_NOTE = """\
-Bare steps of the planar top with friction under the constant wrench of one state. A ratio above 1
+Bare steps of the planar top with friction, from one state in motion. A ratio above 1
   is the saving of omitting the feature; below 1, the possible saving if the top did not need it."""
 
 

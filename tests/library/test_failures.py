@@ -6,7 +6,6 @@ import warnings
 from contextlib import contextmanager
 
 import mujoco
-import mujoco.batch
 import mujoco.rollout
 import numpy as np
 import pytest
@@ -151,10 +150,11 @@ def test_numbers_that_become_invalid_are_named(hook, integrator):
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("hook", HOOKS)
 def test_a_batch_raises_its_own_error_and_keeps_the_state_before(hook, integrator):
+    batches = pytest.importorskip("mujoco.batch", reason="new in MuJoCo 3.17")
     model = compiled(NEEDLE, hook, integrator)
 
     def batch(fails):
-        batch = mujoco.batch.Batch(model, 5, 2)
+        batch = batches.Batch(model, 5, 2)
         batch.qpos[:], batch.qvel[:] = START[:, :1], START[:, 1:]
         if fails:
             batch.mocap_pos[FAILS] = 0.0
@@ -163,7 +163,7 @@ def test_a_batch_raises_its_own_error_and_keeps_the_state_before(hook, integrato
     whole, failed = batch(False), batch(True)
     with mm.magnetism():
         whole.step(nstep=6)
-        with pytest.raises(mujoco.batch.SimulationError, match=COINCIDE) as caught:
+        with pytest.raises(batches.SimulationError, match=COINCIDE) as caught:
             failed.step(nstep=6)
     assert caught.value.ids.tolist() == [FAILS]
     others = np.arange(5) != FAILS
@@ -173,7 +173,7 @@ def test_a_batch_raises_its_own_error_and_keeps_the_state_before(hook, integrato
         np.testing.assert_array_equal(found[FAILS], kept[FAILS])
     assert np.ptp(whole.qvel) > 1
     model.site("needle").user[:] = np.nan
-    error = ValueError if hook == "plugin" else mujoco.batch.SimulationError
+    error = ValueError if hook == "plugin" else batches.SimulationError
     with mm.magnetism(), pytest.raises(error, match="site 1 'needle'"):
         batch(False).step()
 

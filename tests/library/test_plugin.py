@@ -8,7 +8,6 @@ import tomllib
 from pathlib import Path
 
 import mujoco
-import mujoco.batch
 import mujoco.rollout
 import numpy as np
 import pytest
@@ -142,7 +141,8 @@ def test_rollouts_and_batches_follow_mj_step():
     )
     for replica in range(4):
         np.testing.assert_array_equal(states[replica, -1, 1:], expected)
-    batch = mujoco.batch.Batch(model, 4, 2)
+    batches = pytest.importorskip("mujoco.batch", reason="new in MuJoCo 3.17")
+    batch = batches.Batch(model, 4, 2)
     batch.userdata[:] = paths[:, 0]
     batch.step(nstep=50)
     np.testing.assert_array_equal(np.hstack([batch.qpos, batch.qvel]), np.tile(expected, (4, 1)))

@@ -101,6 +101,9 @@ _PROBE_PSTACK = 0x5A5A40
 """Conspicuous value of `pstack` while its offset is verified."""
 
 
+UNSUPPORTED = 'this version is not supported; 3.11 to 4.0 are: pip install "mujoco>=3.11"'
+
+
 class LayoutError(RuntimeError):
     """The layout of MuJoCo's structs differs from MuJoCo's own declarations."""
 
@@ -132,8 +135,9 @@ def current() -> Layout:
         offsets |= {f"contact_{name}": getattr(contact, name).offset for name in ("dist", "geom")}
         offsets["contact_size"] = ctypes.sizeof(contact)
     except (KeyError, AttributeError) as missing:
+        name = getattr(missing, "name", None) or missing
         raise LayoutError(
-            f"MuJoCo {mujoco.__version__} does not declare {missing}: this version is not supported"
+            f"MuJoCo {mujoco.__version__} does not declare {name}: {UNSUPPORTED}"
         ) from missing
     layout = Layout(**offsets)
     verify(layout)
@@ -187,7 +191,7 @@ def verify(layout: Layout) -> None:
     if wrong:
         raise LayoutError(
             f"MuJoCo {mujoco.__version__} does not keep {', '.join(wrong)} at the declared offsets:"
-            " this version is not supported"
+            f" {UNSUPPORTED}"
         )
 
 
