@@ -47,7 +47,7 @@ class CodeFiles:
         """Return the code for a key, or None without an undamaged file of it."""
         for folder in self._folders():
             content = _content(Path(folder, self._name(key)))
-            if content is not None and _may_use(folder):
+            if content is not None:
                 return pickle.loads(content)
         return None
 
@@ -156,13 +156,13 @@ def _chosen() -> str:
 
 
 def _content(path: Path) -> bytes | None:
-    """Return what a file contains behind its checksum, or None without an undamaged file."""
+    """Return what a file has behind its checksum; None if it is missing, damaged or not ours."""
     try:
         content = path.read_bytes()
+        digest, rest = content[:_SIZE], content[_SIZE:]
+        return rest if _DIGEST(rest).digest() == digest and _may_use(str(path.parent)) else None
     except OSError:
         return None
-    digest, rest = content[:_SIZE], content[_SIZE:]
-    return rest if _DIGEST(rest).digest() == digest else None
 
 
 _explained = False

@@ -29,7 +29,11 @@ class CompilationNotice(event.Listener):
     def __init__(self, after: float = SLOW) -> None:
         self.seconds = 0.0
         self._after, self._depth, self._began, self._printed = after, 0, 0.0, False
-        self._lock, self._ended, self._teller = threading.Lock(), threading.Event(), None
+        self._lock, self._ended, self._teller = (
+            threading.Lock(),
+            threading.Event(),
+            threading.Thread(),
+        )
         self._compiled: set[Callable] = set()
         self._expected: set[Callable] = set()
         self._elsewhere: tuple[Callable[[], int], int] = (lambda: 0), 0
@@ -42,7 +46,9 @@ class CompilationNotice(event.Listener):
     def on_end(self, event: Any) -> None:
         """End with it."""
         if _is_ours(event):
-            self._compiled.add(event.data["dispatcher"].py_func)
+            dispatcher = event.data["dispatcher"]
+            if dispatcher.overloads:  # `is_failed` of Numba 0.68 means the opposite
+                self._compiled.add(dispatcher.py_func)
             self._end()
 
     @contextmanager
@@ -81,9 +87,9 @@ class CompilationNotice(event.Listener):
             self._depth -= 1
             if self._depth == 0:
                 self.seconds += time.perf_counter() - self._began
+                self._expected, self._elsewhere = set(), ((lambda: 0), 0)
                 self._ended.set()
                 self._teller.join(1.0)  # so that what is printed next begins a line
-                self._expected, self._elsewhere = set(), ((lambda: 0), 0)
 
     def _tell(self, ended: threading.Event) -> None:
         """Print the line if compilation takes long; on a terminal, until it ends."""

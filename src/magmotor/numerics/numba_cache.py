@@ -55,7 +55,7 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
         Decorator for a function whose arguments are `checksum` and whatever the code is
         specialized by: plain numbers, strings or tuples. The function that it defines and returns
         must refer to these, and to `checksum` by `_ = checksum`, to make them its closure cells.
-        The method `is_cached` tells whether that is in the disk cache.
+        The method `is_cached` tells whether that is on the disk.
 
     Raises
     ------
@@ -77,13 +77,13 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
         @cache
         def compiled(*by: Any) -> Any:
             function = defined(*by)
-            cache = CodeCache(function, lambda: COMPILATION.expect(subroutines_of(define)))
+            kept = CodeCache(function, lambda: COMPILATION.expect(subroutines_of(define)))
             if signature is None:
                 dispatcher: Any = njit(**options)(function)
-                dispatcher._cache = cache
+                dispatcher._cache = kept
                 return dispatcher
             callback = _Callback(function, normalize_signature(signature), {}, options)
-            callback._cache = cache
+            callback._cache = kept
             callback.compile()
             return callback
 
