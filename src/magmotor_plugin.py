@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial, wraps
@@ -191,7 +192,14 @@ def _interrupt_later() -> None:
         _interrupted.set()
         before = signal.getsignal(signal.SIGINT)
         signal.signal(signal.SIGINT, partial(_interrupt_outside, before))
-    threading.Timer(0.001, _thread.interrupt_main).start()
+    threading.Timer(0.001, _press_ctrl_c).start()
+
+
+def _press_ctrl_c() -> None:
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)  # wakes a sleep
+    else:
+        _thread.interrupt_main()
 
 
 def _interrupt_outside(before: Any, number: int, frame: FrameType | None) -> None:
@@ -237,14 +245,17 @@ class _Code:
         """Load the code in a new thread, which Ctrl-C ends, too."""
         loader = threading.Thread(target=self._load)
         self.loading = True
-        loader.start()
         try:
+            loader.start()
             loader.join()
-        finally:
+        except KeyboardInterrupt:
+            time.sleep(0.1)  # until it has started
             stop = ctypes.py_object(KeyboardInterrupt)
             while loader.is_alive():
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(loader.ident or 0), stop)
                 loader.join(0.5)  # code that ignores exceptions may have received this one
+            raise
+        finally:
             self.loading = False
 
     def _load(self) -> None:

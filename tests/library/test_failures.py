@@ -358,6 +358,7 @@ def test_a_fork_while_the_code_is_being_loaded_is_an_error_in_the_child():
 
 INTERRUPTED = """
 import os, signal, sys, time
+from functools import partial
 import magmotor, magmotor_plugin, mujoco
 from magmotor.mjcf import callbacks
 
@@ -373,9 +374,10 @@ def passive(model):
 
 path = sys.argv[1]
 real, callbacks.compiled_plugin = callbacks.compiled_plugin, slow
-for load in (mujoco.MjModel.from_xml_path, mujoco.MjSpec.from_file(path).compile):
+for load in (partial(mujoco.MjModel.from_xml_path, path), mujoco.MjSpec.from_file(path).compile):
     try:
-        load(*[path] * (load == mujoco.MjModel.from_xml_path))
+        load()
+        time.sleep(60)
     except KeyboardInterrupt:
         print("interrupted")
 callbacks.compiled_plugin = real
@@ -421,7 +423,7 @@ def test_ctrl_c_ends_a_compilation_that_takes_a_minute(tmp_path):
     time.sleep(3)
     program.send_signal(signal.SIGINT)
     said = program.communicate(timeout=20)[1]
-    assert said.splitlines()[-1] == "KeyboardInterrupt"
+    assert said.splitlines()[-1].startswith("KeyboardInterrupt")
     assert program.returncode == -signal.SIGINT
     with pytest.raises(ProcessLookupError):  # nor is the process that compiles the forces left
         os.killpg(program.pid, 0)

@@ -1,4 +1,4 @@
-"""Compilation of this package's code: a line on stderr if it takes long, and its time."""
+"""Compilation of this package's code: a line on stderr if it takes long, its time, its thread."""
 
 import sys
 import threading
@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from numba import typeof
 from numba.core import event
 from tqdm import tqdm
 
@@ -111,6 +112,11 @@ class CompilationNotice(event.Listener):
 
 COMPILATION = CompilationNotice()
 """The notice of this process; `magmotor.numerics.numba_cache` registers it."""
+
+
+def compile_here(function: Any, *arguments: Any) -> None:
+    """Compile a function for such arguments in this thread; Ctrl-C would not end it in others."""
+    function.compile(tuple(map(typeof, arguments)))
 
 
 class Progress(tqdm):
