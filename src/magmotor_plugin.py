@@ -187,29 +187,37 @@ _interrupted = threading.Event()
 
 
 def _interrupt_later() -> None:
-    """Raise KeyboardInterrupt as soon as C has returned to the main thread, which calls this."""
-    if not _interrupted.is_set():
-        _interrupted.set()
-        before = signal.getsignal(signal.SIGINT)
-        signal.signal(signal.SIGINT, partial(_interrupt_outside, before))
-    threading.Timer(0.001, _press_ctrl_c).start()
+    """Raise KeyboardInterrupt as soon as C has returned to the main thread, which received it.
+
+    A timer of the system does not need the GIL, which the main thread may keep for long.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return  # a loader, which receives it again
+    if _interrupted.is_set():
+        return
+    _interrupted.set()
+    if not hasattr(signal, "setitimer"):  # Windows
+        threading.Timer(0.05, _press_ctrl_c).start()
+    else:
+        before = signal.getsignal(signal.SIGALRM), signal.getitimer(signal.ITIMER_REAL)
+        signal.signal(signal.SIGALRM, partial(_interrupt_outside, before))
+        signal.setitimer(signal.ITIMER_REAL, 1e-4, 1e-3)
 
 
 def _press_ctrl_c() -> None:
-    if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)  # wakes a sleep
-    else:
-        _thread.interrupt_main()
+    _interrupted.clear()
+    _thread.interrupt_main()
 
 
 def _interrupt_outside(before: Any, number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt and restore the handler of Ctrl-C, but not inside of a callback."""
+    """Raise KeyboardInterrupt, but not inside of a callback, and give the timer back."""
     while frame is not None:
         if frame.f_code in _CALLBACKS:
-            _interrupt_later()
             return
         frame = frame.f_back
-    signal.signal(signal.SIGINT, before)
+    handler, times = before
+    signal.setitimer(signal.ITIMER_REAL, *times)
+    signal.signal(signal.SIGALRM, handler)
     _interrupted.clear()
     raise KeyboardInterrupt
 
