@@ -201,7 +201,7 @@ def _interrupt_later() -> None:
     else:
         before = signal.getsignal(signal.SIGALRM), signal.getitimer(signal.ITIMER_REAL)
         signal.signal(signal.SIGALRM, partial(_interrupt_outside, before))
-        signal.setitimer(signal.ITIMER_REAL, 1e-4, 1e-3)
+        signal.setitimer(signal.ITIMER_REAL, 2e-4, 2e-4)
 
 
 def _press_ctrl_c() -> None:
@@ -261,7 +261,7 @@ class _Code:
             stop = ctypes.py_object(KeyboardInterrupt)
             while loader.is_alive():
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(loader.ident or 0), stop)
-                loader.join(0.5)  # code that ignores exceptions may have received this one
+                loader.join(1.0)  # code that ignores exceptions may have received this one
             raise
         finally:
             self.loading = False
@@ -332,12 +332,12 @@ class _Code:
         return {"nstate": nstate, "init": init, "reset": _reset, "compute": compute}
 
 
-@_RESET
+@_called_by_c(_RESET)
 def _reset(model, state, data, instance):
     """Required by MuJoCo; the plugins have no state."""
 
 
-@_NSENSORDATA
+@_called_by_c(_NSENSORDATA)
 def _nsensordata(model, instance, sensor):
     """Return the number of components of a magnetometer."""
     return 3

@@ -90,6 +90,18 @@ def test_ctrl_c_ends_it(commands):
     assert commands[1] == "killed"
 
 
+def test_it_ends_with_the_first_process(monkeypatch, tmp_path):
+    """Also if that one is killed, or is interrupted while it starts this one."""
+    begin = binding.HELP.partition("from magmotor")[0]
+    monkeypatch.setattr(binding, "HELP", f"{begin}import time; time.sleep(120)")
+    with (tmp_path / "output").open("wb") as output, binding._helper(output) as helper:
+        with pytest.raises(subprocess.TimeoutExpired):
+            helper.wait(3)
+        assert helper.stdin is not None
+        helper.stdin.close()
+        assert helper.wait(60) == 1
+
+
 def test_what_it_has_compiled_is_counted(commands, monkeypatch):
     notice = compilation_notice.CompilationNotice()
     monkeypatch.setattr(binding, "COMPILATION", notice)
@@ -211,15 +223,19 @@ def test_what_it_compiles_is_what_this_process_loads(tmp_path):
     """The forces are in the cache here, so that it only loads them."""
     binding.bind()
 
+    waiting, _ = os.pipe()  # else it would end
+
     def run(code, **environment):
         command = [sys.executable, "-c", code]
         environment = os.environ | environment
-        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+        done = subprocess.run(
+            command, env=environment, check=True, capture_output=True, text=True, stdin=waiting
+        )
         return done.stdout
 
     ask = "print(all_forces._apply_forces(layout.current()).cache_hits)"
     imports = "from magmotor.mjcf import layout; from magmotor.mjcf.forces import all_forces"
-    assert run(f"{binding.HELP}; {imports}; {ask}") == "1\n"
+    assert run(f"{binding.HELP}\n{imports}; {ask}") == "1\n"
     ask = "from magmotor.mjcf.forces import all_forces; print(all_forces.is_cached())"
     assert run(ask) == "True\n"
     assert run(ask, NUMBA_CACHE_DIR=str(tmp_path)) == "False\n"

@@ -18,8 +18,18 @@ from magmotor.mjcf.forces import all_forces, cluster_blocks, dipole_wrenches, ti
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.numerics.numba_cache import subroutines_of
 
-HELP = f"from {__name__} import help_compiling; help_compiling()"
-"""What the second process runs."""
+HELP = f"""
+import os, threading
+
+def end_with_first():
+    os.read(0, 1)
+    os._exit(1)
+
+threading.Thread(target=end_with_first, daemon=True).start()
+from {__name__} import help_compiling
+help_compiling()
+"""
+"""What the second process runs. It ends if the first one ends or no longer waits, and stdin closes."""
 
 _bound = False
 
@@ -77,9 +87,10 @@ def _helper(output: Any) -> subprocess.Popen:
     """Start the second process. What this one cannot import, that one cannot, wherever it is."""
     package = str(Path(__file__).parents[2])
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([*filter(None, sys.path), package])}
-    silent = dict.fromkeys(("stdin", "stderr"), subprocess.DEVNULL)
-    command = [sys.executable, "-P", "-c", HELP]
-    return subprocess.Popen(command, env=environment, stdout=output, **silent)
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", HELP], env=environment, stdin=subprocess.PIPE, stdout=output,
+        stderr=subprocess.DEVNULL,
+    )  # fmt: skip
 
 
 class _Counter(event.Listener):
