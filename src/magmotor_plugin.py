@@ -148,6 +148,7 @@ def returning(function: Callable) -> Callable:
     A C callback that raises returns an undefined value. Ctrl-C is delivered a little later.
     """
 
+    @_called_by_c
     @wraps(function)
     def call(*arguments: Any) -> Any:
         try:
@@ -158,7 +159,6 @@ def returning(function: Callable) -> Callable:
             _print_exception()
         return None
 
-    _CALLBACKS.add(call.__code__)
     return call
 
 
@@ -172,14 +172,10 @@ _CALLBACKS: set[CodeType] = set()
 """Code of functions that C calls, where Python discards KeyboardInterrupt."""
 
 
-def _called_by_c(kind: Any) -> Callable[[Callable], Any]:
-    """Return a decorator that turns a function into a C function of some kind."""
-
-    def decorate(function: Callable) -> Any:
-        _CALLBACKS.add(function.__code__)
-        return kind(function)
-
-    return decorate
+def _called_by_c(function: Any) -> Any:
+    """Add a function to these."""
+    _CALLBACKS.add(function.__code__)
+    return function
 
 
 _interrupted = threading.Event()
@@ -307,13 +303,15 @@ class _Code:
     def stubs(self) -> dict[str, Any]:
         """Return the functions of the plugin until its code is loaded."""
 
-        @_called_by_c(_NSTATE)
+        @_NSTATE
+        @_called_by_c
         def nstate(model, instance):
             """Load the compiled code, since this is the first function that MuJoCo calls."""
             self.ensure_loaded()
             return 0
 
-        @_called_by_c(_INIT)
+        @_INIT
+        @_called_by_c
         def init(model, data, instance):
             """Called if a model was loaded from a file, and none with the plugin was compiled."""
             if not self.ensure_loaded():
@@ -321,7 +319,8 @@ class _Code:
             self._prepare(model, data, instance)
             return 0
 
-        @_called_by_c(_COMPUTE)
+        @_COMPUTE
+        @_called_by_c
         def compute(model, data, instance, capability):
             """Called if Ctrl-C ended the loading, but not the program."""
             self.ensure_loaded()
@@ -332,12 +331,14 @@ class _Code:
         return {"nstate": nstate, "init": init, "reset": _reset, "compute": compute}
 
 
-@_called_by_c(_RESET)
+@_RESET
+@_called_by_c
 def _reset(model, state, data, instance):
     """Required by MuJoCo; the plugins have no state."""
 
 
-@_called_by_c(_NSENSORDATA)
+@_NSENSORDATA
+@_called_by_c
 def _nsensordata(model, instance, sensor):
     """Return the number of components of a magnetometer."""
     return 3

@@ -15,7 +15,9 @@ from magmotor.numerics.compilation_notice import compile_here
 
 MODEL = """
 <mujoco>
-  <worldbody><body><joint type="slide" damping="1"/><geom size="0.1"/></body></worldbody>
+  <worldbody>
+    <body><joint type="slide" damping="1" stiffness="1"/><geom size="0.1"/></body>
+  </worldbody>
 </mujoco>
 """
 
@@ -31,20 +33,20 @@ def rollout():
     mm.Baoab(model).rollout(data, start, None, control_spec=0, nstep=2)
 
 
-def several_tops():
-    mm.simulate(mm.Top(), method="variational/verlet", timestep=0.025, duration=0.1, replicas=2)
+def several_motors():
+    mm.simulate(mm.Motor(), method="variational/baoab", timestep=0.5, duration=1.0, replicas=2)
 
 
 def ensemble():
     mm.ensemble(
-        mm.Disk(noise=1.0), method="variational/baoab", timestep=0.05, duration=1.0, replicas=9,
+        mm.Disk(noise=1.0), method="variational/baoab", timestep=0.05, duration=5.0, replicas=9,
         sample_interval=10,
     )  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("module", "run"),
-    [(langevin, sample), (baoab, rollout), (rigid_kernel, several_tops), (ensembles, ensemble)],
+    [(langevin, sample), (baoab, rollout), (rigid_kernel, several_motors), (ensembles, ensemble)],
 )
 def test_threads_compile_nothing(module, run, monkeypatch):
     known = {}

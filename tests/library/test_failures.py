@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import mujoco
 import mujoco.batch
@@ -426,8 +426,9 @@ def test_ctrl_c_ends_a_compilation_that_takes_a_minute(tmp_path):
     said = program.communicate(timeout=20)[1]
     assert said.splitlines()[-1].startswith("KeyboardInterrupt")
     assert program.returncode == -signal.SIGINT
-    with pytest.raises(ProcessLookupError):  # nor is the process left that compiles the forces
-        for _ in range(200):
-            os.killpg(program.pid, 0)
+    until = time.monotonic() + 10
+    with suppress(ProcessLookupError):
+        while not os.killpg(program.pid, 0):  # the process that compiles the forces ends, too
+            assert time.monotonic() < until
             time.sleep(0.05)
     assert [path for path in tmp_path.rglob("*") if path.is_file() and path.suffix != ".nbc"] == []

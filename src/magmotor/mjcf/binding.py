@@ -29,7 +29,7 @@ threading.Thread(target=end_with_first, daemon=True).start()
 from {__name__} import help_compiling
 help_compiling()
 """
-"""What the second process runs. It ends if the first one ends or no longer waits, and stdin closes."""
+"""What the second process runs. It ends if the first one no longer waits, which closes stdin."""
 
 _bound = False
 

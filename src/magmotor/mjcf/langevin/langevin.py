@@ -488,7 +488,7 @@ class Langevin(Thermostat):
         room = room_for(self.model, self._tree, len(self.kT))
         room.exchanged[: len(steps.exchanged)] = steps.exchanged
         with hooks.errors_raised():
-            done = self._advance(*self._arguments(data._address, steps, room))
+            done = self._advance(*self._loop_arguments(data._address, steps, room))
         for kind, count in zip(LOSSES, before, strict=True):
             if data.warning[kind].number > count:
                 raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")
@@ -496,9 +496,9 @@ class Langevin(Thermostat):
 
     def _compile(self) -> None:
         room = room_for(self.model, self._tree, len(self.kT))
-        compile_here(self._advance, *self._arguments(0, Steps(0, 0), room))
+        compile_here(self._advance, *self._loop_arguments(0, Steps(0, 0), room))
 
-    def _arguments(self, data: int, steps: Steps, room: Room) -> tuple[Any, ...]:
+    def _loop_arguments(self, data: int, steps: Steps, room: Room) -> tuple[Any, ...]:
         path = np.array([self._path.seed, steps.replica, *self._path.view])
         return (
             self._own._address, data, self._tree, self._dampers, self._parts, path, steps.first,
