@@ -49,7 +49,7 @@ def commands(monkeypatch):
 
 @contextmanager
 def beside():
-    with binding._forces_compiled_beside():
+    with binding._forces_compiled_beside(all_forces.is_cached()):
         yield
 
 

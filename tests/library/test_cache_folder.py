@@ -85,7 +85,7 @@ def test_whole_code_that_cannot_be_loaded_is_made_again(folder, monkeypatch):
     """As after an update of what it was pickled with."""
     (path,) = files(folder)
     content = b"cnowhere\nnothing\n."
-    path.write_bytes(code_files._DIGEST(content).digest() + content)
+    path.write_bytes(code_files._checksum(content) + content)
     assert compiled()(4) == 7
     healed = compiled()
     assert (healed(4), hits(healed)) == (7, 1)

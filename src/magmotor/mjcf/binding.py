@@ -44,13 +44,14 @@ def bind(meanwhile: Callable[[], Any] | None = None) -> None:
     global _bound
     if _bound:
         return
+    is_cached = all_forces.is_cached()
     with ExitStack() as stack:
-        if not all_forces.is_cached():
+        if not is_cached:
             stack.enter_context(COMPILATION.running())
             others = (module.bind for module in (reports, cluster_blocks, dipole_wrenches, tiles))
             callers = *others, all_forces.bind_others, *filter(None, [meanwhile])
             COMPILATION.expect(subroutines_of(*callers))
-        with _forces_compiled_beside() as waiting:
+        with _forces_compiled_beside(is_cached) as waiting:
             reports.bind()
             all_forces.bind_others()
             if waiting and meanwhile is not None:
@@ -60,9 +61,9 @@ def bind(meanwhile: Callable[[], Any] | None = None) -> None:
 
 
 @contextmanager
-def _forces_compiled_beside() -> Iterator[bool]:
+def _forces_compiled_beside(is_cached: bool) -> Iterator[bool]:
     """Let another process compile the forces during the block, if that is of use; yield whether."""
-    if all_forces.is_cached() or not _may_start_python():
+    if is_cached or not _may_start_python():
         yield False
         return
     with ExitStack() as stack:

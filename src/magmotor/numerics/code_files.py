@@ -11,6 +11,7 @@ import stat
 import sys
 import tempfile
 import threading
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from inspect import getfile
@@ -23,8 +24,8 @@ from numba.core.serialize import dumps
 
 from magmotor.common.files import this_driver, write_whole
 
-_DIGEST = hashlib.sha256
-_SIZE = _DIGEST().digest_size
+_SIZE = 4
+"""Length of a checksum."""
 
 
 class CodeFiles:
@@ -61,7 +62,7 @@ class CodeFiles:
                 path.parent.mkdir(mode=0o755, parents=True, exist_ok=True)
                 if not _may_use(folder):
                     raise PermissionError(0, "others can write to it")
-                write_whole(path, _DIGEST(pickled).digest() + pickled, part)
+                write_whole(path, _checksum(pickled) + pickled, part)
             except OSError as error:
                 reasons.append(f"{folder}: {error.strerror}")
             else:
@@ -74,7 +75,7 @@ class CodeFiles:
         return any(_content(path) is not None for paths in found for path in paths)
 
     def _name(self, key: Any) -> str:
-        return f"{self.stem}.{_DIGEST(repr(key).encode()).hexdigest()[:16]}.nbc"
+        return f"{self.stem}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
 
     def _folders(self) -> Iterator[str]:
         """Yield the folders in which the files may be, the preferred one first."""
@@ -159,10 +160,14 @@ def _content(path: Path) -> bytes | None:
     """Return what a file has behind its checksum; None if it is missing, damaged or not ours."""
     try:
         content = path.read_bytes()
-        digest, rest = content[:_SIZE], content[_SIZE:]
-        return rest if _DIGEST(rest).digest() == digest and _may_use(str(path.parent)) else None
+        checksum, rest = content[:_SIZE], content[_SIZE:]
+        return rest if _checksum(rest) == checksum and _may_use(str(path.parent)) else None
     except OSError:
         return None
+
+
+def _checksum(content: bytes) -> bytes:
+    return zlib.crc32(content).to_bytes(_SIZE)
 
 
 _explained = False
