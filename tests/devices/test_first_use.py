@@ -16,19 +16,19 @@ from magmotor.numerics.compilation_notice import compile_here
 MODEL = """
 <mujoco>
   <worldbody>
-    <body><joint type="slide" damping="1" stiffness="1"/><geom size="0.1"/></body>
+    <body><joint type="slide" damping="1" stiffness="{}"/><geom size="0.1"/></body>
   </worldbody>
 </mujoco>
 """
 
 
 def sample():
-    model = mujoco.MjModel.from_xml_string(MODEL)
+    model = mujoco.MjModel.from_xml_string(MODEL.format(1))
     mm.Langevin(model, kT=1.0).sample(4, replicas=2)
 
 
 def rollout():
-    model = mujoco.MjModel.from_xml_string(MODEL)
+    model = mujoco.MjModel.from_xml_string(MODEL.format(0))
     data, start = [mujoco.MjData(model), mujoco.MjData(model)], np.zeros((2, 3))
     mm.Baoab(model).rollout(data, start, None, control_spec=0, nstep=2)
 
