@@ -82,7 +82,7 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
                 dispatcher: Any = njit(**options)(function)
                 dispatcher._cache = kept
                 return dispatcher
-            callback = _Callback(function, normalize_signature(signature), {}, options)
+            callback: Any = _Callback(function, normalize_signature(signature), {}, options)
             callback._cache = kept
             callback.compile()
             return callback
@@ -97,7 +97,10 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
     return decorate
 
 
-class _Callback(CFunc):
+_CFunc: Any = CFunc  # whose members have no types
+
+
+class _Callback(_CFunc):
     """Numba's C function, whose compilation is an event, too."""
 
     def _compile_uncached(self) -> Any:
