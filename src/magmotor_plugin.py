@@ -9,13 +9,16 @@ takes its place in MuJoCo's table when the first model with that plugin is compi
 import _thread
 import ctypes
 import os
+import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from importlib.util import find_spec
 from pathlib import Path
+from types import CodeType, FrameType
 from typing import Any
 
 NAMES = FORCES, MAGNETOMETER = b"magmotor.forces", b"magmotor.magnetometer"
@@ -145,6 +148,7 @@ def returning(function: Callable) -> Callable:
     A C callback that raises returns an undefined value. Ctrl-C is delivered a little later.
     """
 
+    @_called_by_c
     @wraps(function)
     def call(*arguments: Any) -> Any:
         try:
@@ -164,8 +168,54 @@ def _print_exception() -> None:
     traceback.print_exc()
 
 
+_CALLBACKS: set[CodeType] = set()
+"""Code of functions that C calls, where Python discards KeyboardInterrupt."""
+
+
+def _called_by_c(function: Any) -> Any:
+    """Add a function to these."""
+    _CALLBACKS.add(function.__code__)
+    return function
+
+
+_interrupted = threading.Event()
+"""Set from Ctrl-C in such a function until KeyboardInterrupt is raised."""
+
+
 def _interrupt_later() -> None:
-    threading.Timer(0.05, _thread.interrupt_main).start()
+    """Raise KeyboardInterrupt as soon as C has returned to the main thread, which received it.
+
+    A timer of the system does not need the GIL, which the main thread may keep for long.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return  # a loader, which receives it again
+    if _interrupted.is_set():
+        return
+    _interrupted.set()
+    if not hasattr(signal, "setitimer"):  # Windows
+        threading.Timer(0.05, _press_ctrl_c).start()
+    else:
+        before = signal.getsignal(signal.SIGALRM), signal.getitimer(signal.ITIMER_REAL)
+        signal.signal(signal.SIGALRM, partial(_interrupt_outside, before))
+        signal.setitimer(signal.ITIMER_REAL, 2e-4, 2e-4)
+
+
+def _press_ctrl_c() -> None:
+    _interrupted.clear()
+    _thread.interrupt_main()
+
+
+def _interrupt_outside(before: Any, number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, but not inside of a callback, and give the timer back."""
+    while frame is not None:
+        if frame.f_code in _CALLBACKS:
+            return
+        frame = frame.f_back
+    handler, times = before
+    signal.setitimer(signal.ITIMER_REAL, *times)
+    signal.signal(signal.SIGALRM, handler)
+    _interrupted.clear()
+    raise KeyboardInterrupt
 
 
 class _Code:
@@ -181,36 +231,67 @@ class _Code:
         self.loading = self._loaded = self._failed = False
 
     def ensure_loaded(self) -> bool:
-        """Load the code once; return whether it could be loaded. Ctrl-C is delivered afterwards."""
-        interrupted = False
-        while not (self._loaded or self._failed or getattr(_this_thread, "probes", False)):
+        """Load the code once; return whether that has not failed.
+
+        Ctrl-C ends the loading. Until it is delivered, nothing is loaded, and nothing has failed.
+        """
+        probes = getattr(_this_thread, "probes", False)
+        while not (self._loaded or self._failed or probes or _interrupted.is_set()):
             try:
                 with self._lock:
                     if not (self._loaded or self._failed):
-                        self.loading = True
-                        loader = threading.Thread(target=self._load)
-                        loader.start()
-                        loader.join()
-                        self.loading = False
+                        self._load_beside()
             except KeyboardInterrupt:
-                interrupted = True
-        if interrupted:
-            _interrupt_later()
+                _interrupt_later()
         return not self._failed
+
+    def _load_beside(self) -> None:
+        """Load the code in a new thread, which Ctrl-C ends, too."""
+        loader = threading.Thread(target=self._load)
+        self.loading = True
+        try:
+            loader.start()
+            loader.join()
+        except KeyboardInterrupt:
+            time.sleep(0.1)  # until it has started
+            stop = ctypes.py_object(KeyboardInterrupt)
+            while loader.is_alive():
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(loader.ident or 0), stop)
+                loader.join(1.0)  # code that ignores exceptions may have received this one
+            raise
+        finally:
+            self.loading = False
 
     def _load(self) -> None:
         try:
             from magmotor.mjcf.callbacks import compiled_plugin
 
-            found = library().mjp_getPluginAtSlot
-            found.restype = ctypes.POINTER(Plugin)
-            table = found(slot(self._name)).contents
             for member, function in compiled_plugin(self._name).items():
-                setattr(table, member, function.address)
+                setattr(self._table(), member, function.address)
             self._loaded = True
+        except KeyboardInterrupt:
+            pass
         except BaseException:
             _print_exception()
             self._failed = True
+
+    def _table(self) -> Any:
+        """Return MuJoCo's entry of this plugin."""
+        found = library().mjp_getPluginAtSlot
+        found.restype = ctypes.POINTER(Plugin)
+        return found(slot(self._name)).contents
+
+    def _prepare(self, model: int, data: int, instance: int) -> None:
+        """Do what the compiled `init` would have done for an mjData."""
+        if self._name != FORCES or not self._loaded:
+            return
+        from magmotor.mjcf.callbacks import prepare
+
+        try:
+            prepare(model, data, instance)
+        except KeyboardInterrupt:
+            _interrupt_later()  # after the second attempt, which it cannot end
+            prepare(model, data, instance)
 
     def after_fork(self) -> None:
         """Give up in a child whose parent was loading, whose lock a thread holds that is gone."""
@@ -223,36 +304,41 @@ class _Code:
         """Return the functions of the plugin until its code is loaded."""
 
         @_NSTATE
+        @_called_by_c
         def nstate(model, instance):
             """Load the compiled code, since this is the first function that MuJoCo calls."""
             self.ensure_loaded()
             return 0
 
         @_INIT
+        @_called_by_c
         def init(model, data, instance):
             """Called if a model was loaded from a file, and none with the plugin was compiled."""
             if not self.ensure_loaded():
                 return FAILED
-            if self._name == FORCES and not getattr(_this_thread, "probes", False):
-                from magmotor.mjcf.callbacks import prepare
-
-                prepare(model, data, instance)
+            self._prepare(model, data, instance)
             return 0
 
-        return {"nstate": nstate, "init": init, "reset": _reset, "compute": _compute}
+        @_COMPUTE
+        @_called_by_c
+        def compute(model, data, instance, capability):
+            """Called if Ctrl-C ended the loading, but not the program."""
+            self.ensure_loaded()
+            if self._loaded:
+                self._prepare(model, data, instance)
+                _COMPUTE(self._table().compute)(model, data, instance, capability)
+
+        return {"nstate": nstate, "init": init, "reset": _reset, "compute": compute}
 
 
 @_RESET
+@_called_by_c
 def _reset(model, state, data, instance):
     """Required by MuJoCo; the plugins have no state."""
 
 
-@_COMPUTE
-def _compute(model, data, instance, capability):
-    """Replaced by compiled code, except while that code is being loaded."""
-
-
 @_NSENSORDATA
+@_called_by_c
 def _nsensordata(model, instance, sensor):
     """Return the number of components of a magnetometer."""
     return 3

@@ -1,6 +1,7 @@
 """Fixtures shared by several tests."""
 
 import importlib
+import re
 import signal
 import sys
 import warnings
@@ -50,7 +51,7 @@ def run_script(monkeypatch, capsys):
         except SystemExit as stop:
             code = stop.code
         said, error = capsys.readouterr()
-        return code, said, error.replace(f"{TEXT}\n", "")
+        return code, said, re.sub(f"{TEXT}.*\n", "", error)
 
     yield run
     mujoco.set_mju_user_warning(before)

@@ -5,11 +5,10 @@ from typing import Any
 import lazy_loader
 
 import magmotor_plugin
-from magmotor.common.environment import choose_cache_folder, choose_gl_backend
+from magmotor.common.environment import choose_gl_backend
 
 __version__ = "0.1.0"
 
-choose_cache_folder()
 choose_gl_backend()
 magmotor_plugin.register_with_older_mujoco()
 

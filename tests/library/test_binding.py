@@ -6,12 +6,16 @@ import os
 import subprocess
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from numba import cfunc, njit, types
+from numba.core import event
 
+import magmotor
 from magmotor.mjcf import binding, callbacks, layout, memory
 from magmotor.mjcf.forces import all_forces
+from magmotor.numerics import compilation_notice
 
 
 @pytest.fixture
@@ -22,7 +26,10 @@ def commands(monkeypatch):
     class Process:
         def __init__(self, command, **options):
             started.append((command, options))
-            self.killed = False
+            self.killed, self.ends = False, iter([None, 0])
+
+        def poll(self):
+            return next(self.ends)
 
         def __enter__(self):
             return self
@@ -42,24 +49,80 @@ def commands(monkeypatch):
 
 @contextmanager
 def beside():
-    with binding._forces_compiled_beside():
+    with binding._forces_compiled_beside(all_forces.is_cached()):
         yield
 
 
 def test_another_process_is_started_and_waited_for(commands):
     with beside():
         assert len(commands) == 1
-    (command, options), end = commands
-    assert command == ["/usr/bin/python3.11", "-c", binding.HELP]
-    assert options["env"]["PYTHONPATH"].split(os.pathsep) == [*filter(None, sys.path)]
-    assert options["stdout"] == options["stderr"] == subprocess.DEVNULL
+    (command, _), end = commands
+    assert command[0] == "/usr/bin/python3.11"
     assert end == "waited for"
+
+
+REPORT = """
+import sys, magmotor, multiprocessing, numpy, random
+print(*(module.__file__ for module in (magmotor, multiprocessing, numpy, random)), sep="\\n")
+"""
+
+
+@pytest.mark.parametrize("entry", ["", "nowhere"])
+def test_it_imports_nothing_from_the_working_folder(tmp_path, monkeypatch, entry):
+    for name in ("magmotor", "multiprocessing", "numpy", "random"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('hostile')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [entry, *filter(None, sys.path)])
+    monkeypatch.setattr(binding, "HELP", REPORT)
+    monkeypatch.setenv("PYTHONPATH", f"{os.pathsep}elsewhere")
+    with (tmp_path / "output").open("wb+") as output, binding._helper(output) as helper:
+        helper.wait(60)
+        output.seek(0)
+        own, *others = output.read().decode().splitlines()
+    assert own == magmotor.__file__
+    assert len(others) == 3
+    assert not [path for path in others if Path(path).parent == tmp_path]
 
 
 def test_ctrl_c_ends_it(commands):
     with pytest.raises(KeyboardInterrupt), beside():
         raise KeyboardInterrupt
     assert commands[1] == "killed"
+
+
+def test_it_ends_with_the_first_process(monkeypatch, tmp_path):
+    """Also if that one is killed, or is interrupted while it starts this one."""
+    begin = binding.HELP.partition("from magmotor")[0]
+    monkeypatch.setattr(binding, "HELP", f"{begin}import time; time.sleep(120)")
+    with (tmp_path / "output").open("wb") as output, binding._helper(output) as helper:
+        with pytest.raises(subprocess.TimeoutExpired):
+            helper.wait(3)
+        assert helper.stdin is not None
+        helper.stdin.close()
+        assert helper.wait(60) == 1
+
+
+def test_what_it_has_compiled_is_counted(commands, monkeypatch):
+    notice = compilation_notice.CompilationNotice()
+    monkeypatch.setattr(binding, "COMPILATION", notice)
+    with beside():
+        total = notice.progress()[1]
+        os.write(commands[0][1]["stdout"].fileno(), b"...")
+        assert notice.progress() == (3, total)
+    assert 80 < total < 200  # 109
+
+
+def test_it_tells_what_it_has_compiled(monkeypatch):
+    """A byte for each function of the forces, however often it is compiled, and none for others."""
+    first, second, other = (njit(lambda x, n=n: x + n) for n in range(3))
+    written = []
+    monkeypatch.setattr(os, "write", lambda _, content: written.append(content))
+    counter = binding._Counter({first.py_func, second.py_func})
+    with event.install_listener("numba:compile", counter):
+        for function in (first, other, first, second):
+            function(len(written))
+            function(0.5 * len(written))
+    assert written == [b".", b"."]
 
 
 @pytest.mark.parametrize(
@@ -160,16 +223,19 @@ def test_what_it_compiles_is_what_this_process_loads(tmp_path):
     """The forces are in the cache here, so that it only loads them."""
     binding.bind()
 
+    waiting, _ = os.pipe()  # else it would end
+
     def run(code, **environment):
         command = [sys.executable, "-c", code]
         environment = os.environ | environment
-        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+        done = subprocess.run(
+            command, env=environment, check=True, capture_output=True, text=True, stdin=waiting
+        )
         return done.stdout
 
-    said = run(binding.HELP, NUMBA_DEBUG_CACHE="1")
-    loaded = [line for line in said.splitlines() if "data loaded" in line]
-    assert len(loaded) == 1
-    assert "apply_forces" in loaded[0]
+    ask = "print(all_forces._apply_forces(layout.current()).cache_hits)"
+    imports = "from magmotor.mjcf import layout; from magmotor.mjcf.forces import all_forces"
+    assert run(f"{binding.HELP}\n{imports}; {ask}") == "1\n"
     ask = "from magmotor.mjcf.forces import all_forces; print(all_forces.is_cached())"
     assert run(ask) == "True\n"
     assert run(ask, NUMBA_CACHE_DIR=str(tmp_path)) == "False\n"

@@ -115,7 +115,7 @@ def test_sources_are_padded_to_whole_eights():
 def test_every_processor_has_its_own_index_in_the_cache(monkeypatch):
     def index(processor):
         monkeypatch.setattr(config, "CPU_NAME", processor)
-        return compiled_once()(_identity)()._cache._cache_file._index_path
+        return compiled_once()(_identity)()._cache.files.stem
 
     assert index("haswell") == index("haswell") != index("skylake-avx512")
 

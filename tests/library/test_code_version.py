@@ -5,18 +5,17 @@ import inspect
 import io
 import linecache
 import math
-import os
 import platform
+import re
 import shutil
-import subprocess
 import sys
-import threading
+import time
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
 import pytest
-from numba import njit
+from numba import njit, types
 from numba.core import config, event, registry
 
 import magmotor as mm
@@ -31,76 +30,6 @@ from magmotor.mjcf.forces import all_forces
 from magmotor.numerics import compilation_notice, numba_cache
 from magmotor.numerics.subroutine import subroutine
 
-FACTORY = """
-from magmotor.numerics.numba_cache import compiled_once
-
-@compiled_once()
-def made(checksum, number):
-    def told():
-        _ = checksum
-        return number
-    return told
-"""
-
-SAVE = """
-import itertools, sys, time
-from pathlib import Path
-from numba.core.caching import IndexDataCacheFile as File
-import factory
-
-number, other = int(sys.argv[1]), 3 - int(sys.argv[1])
-reads = itertools.count()
-load, save_index, save_data = File._load_index, File._save_index, File._save_data
-
-def reached(what):
-    Path(f"{what}_{number}").touch()
-
-def wait(what):
-    until = time.monotonic() + 60
-    while not Path(f"{what}_{other}").exists():
-        assert time.monotonic() < until, what
-        time.sleep(0.01)
-
-def both_have_read(self):
-    index, what = load(self), f"read_{next(reads)}"
-    reached(what)
-    wait(what)
-    return index
-
-def one_after_two(self, index):
-    if number == 1:
-        wait("index")
-    save_index(self, index)
-    reached("index")
-
-def two_after_one(self, name, data):
-    if number == 2:
-        wait("data")
-    save_data(self, name, data)
-    reached("data")
-
-if len(sys.argv) > 2:
-    File._load_index, File._save_index = both_have_read, one_after_two
-    File._save_data = two_after_one
-print(factory.made(number)())
-"""
-
-
-def _python(folder: Path, *arguments: str) -> subprocess.Popen:
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
-    command = [sys.executable, "save.py", *arguments]
-    return subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True)
-
-
-def test_processes_that_compile_at_once_do_not_swap_their_code(tmp_path):
-    """If two share an index, the one that saves last would give its code to the other."""
-    (tmp_path / "factory.py").write_text(FACTORY)
-    (tmp_path / "save.py").write_text(SAVE)
-    at_once = [_python(tmp_path, number, "at once") for number in "12"]
-    assert [process.communicate()[0].strip() for process in at_once] == ["1", "2"]
-    later = [_python(tmp_path, number).communicate()[0].strip() for number in "12"]
-    assert later == ["1", "2"]
-
 
 def test_every_specialization_of_a_kernel_has_its_own_index():
     kernels: list[Any] = [
@@ -109,7 +38,7 @@ def test_every_specialization_of_a_kernel_has_its_own_index():
         lanes.kernel(mm.Disk(friction_ratio=1.0), "baoab"),
         *(rigid_kernel.kernel(scheme) for scheme in ("euler", "cayley", "baoab")),
     ]
-    indices = {function._cache._cache_file._index_path for function in kernels}
+    indices = {function._cache.files.stem for function in kernels}
     assert len(indices) == len(kernels)
 
 
@@ -119,7 +48,7 @@ def test_newer_code_never_opens_the_index_of_older_code(monkeypatch):
     monkeypatch.setattr(numba_cache, "checksum_of", lambda function: next(checksums))
     found = [numba_cache.compiled_once()(_defined)(3) for _ in range(2)]
     older, newer = found
-    assert older._cache._cache_file._index_path != newer._cache._cache_file._index_path
+    assert older._cache.files.stem != newer._cache.files.stem
     cells = [sorted(cell.cell_contents for cell in f.py_func.__closure__) for f in found]
     assert cells == [[1, 3], [2, 3]]
 
@@ -258,7 +187,7 @@ def test_each_processor_has_its_own_index(version, tmp_path, monkeypatch):
 
     def index():
         kernel = version("constants.py", PACKAGE["constants.py"])
-        return kernel._cache._cache_file._index_path
+        return kernel._cache.files.stem
 
     paths = [index(), index()]
     for name in ("CPU_NAME", "CPU_FEATURES"):
@@ -340,23 +269,91 @@ def test_the_machine_type_determines_rounding(kind, features, expected, monkeypa
     assert machine_versions()["machine"] == expected
 
 
+@pytest.fixture
+def made():
+    """Return a new function whose module has a name."""
+
+    def make(module):
+        def made(number):
+            return sum([number, 1.0])
+
+        made.__module__ = module
+        return njit(made)
+
+    return make
+
+
 @pytest.mark.parametrize(("module", "seconds", "lines"), [
     ("magmotor.made", 0.0, 1), ("magmotor.made", 5.0, 0), ("someone.elses", 0.0, 0),
     (None, 0.0, 0),  # as after exec
 ])  # fmt: skip
-def test_a_line_says_once_that_compilation_takes_long(module, seconds, lines, capsys):
+def test_a_line_says_once_that_compilation_takes_long(module, seconds, lines, made, capsys):
     notice = compilation_notice.CompilationNotice(after=seconds)
     with event.install_listener("numba:compile", notice):
         for _ in range(2):
+            assert made(module)(2.0) == 3
+    said = capsys.readouterr().err.splitlines()
+    assert [line.startswith(compilation_notice.TEXT) for line in said] == lines * [True]
+    assert not notice._teller.is_alive()
 
-            def made(number):
-                return sum([number, 1.0])
 
-            made.__module__ = module
-            assert njit(made)(2.0) == 3
-    assert capsys.readouterr().err == lines * f"{compilation_notice.TEXT}\n"
-    timers = (each for each in threading.enumerate() if isinstance(each, threading.Timer))
-    assert all(timer.finished.is_set() for timer in timers)
+def test_the_line_says_how_far_it_is(made, capsys):
+    notice = compilation_notice.CompilationNotice(after=0.2)
+    functions = [made("magmotor.made") for _ in range(3)]
+    with event.install_listener("numba:compile", notice), notice.running():
+        notice.expect({function.py_func for function in functions})
+        notice.expect_elsewhere(lambda: 4, 10)
+        functions[0](1.0)
+        assert notice.progress() == (5, 13)
+        until = time.monotonic() + 60
+        while not notice._printed and time.monotonic() < until:  # it only waits, as for a process
+            time.sleep(0.01)
+    assert re.search(r"\([45] of 13 functions\)", capsys.readouterr().err)
+    assert 0.2 <= notice.seconds < 60
+    notice.expect({function.py_func for function in functions})
+    assert notice.progress() == (0, 2)  # the first is compiled already
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        """Say so."""
+        return True
+
+
+def test_on_a_terminal_one_line_counts_and_goes(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    notice, counts = compilation_notice.CompilationNotice(after=0.0), iter(range(100))
+    with notice.running():
+        notice.expect_elsewhere(lambda: next(counts), 100)
+        time.sleep(1.3)
+    *shown, last, end = sys.stderr.getvalue().split("\r")[1:]
+    assert [line.split(" (")[1].split()[0] for line in shown] == ["0", "1"]
+    assert {len(line) for line in (*shown, last)} == {79}  # narrower than any terminal
+    assert last.strip() == end == ""
+
+
+def test_the_time_of_a_c_function_counts(tmp_path, monkeypatch):
+    """Numba reports no event for it."""
+    ended = compilation_notice.COMPILATION.seconds
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    function = numba_cache.compiled_once(types.double(types.double))(_defined)(3.0)
+    assert function.ctypes(4.0) == 7.0
+    assert compilation_notice.COMPILATION.seconds > ended
+
+
+def test_what_will_be_compiled_is_known_before(version, tmp_path):
+    """All that is compiled is expected, down to what other modules define."""
+    (tmp_path / "changed" / "kernel.py").write_text(KERNEL.format("f() + changed.sub.deep.f()"))
+    kernel = version("constants.py", PACKAGE["constants.py"])
+    expected = numba_cache.subroutines_of(sys.modules["changed.kernel"].kernel)
+    assert {function.__module__ for function in expected} == {"changed.callee", "changed.sub.deep"}
+    recorder = event.RecordingListener()
+    with event.install_listener("numba:compile", recorder):
+        kernel()
+    compiled = {one.data["dispatcher"].py_func for _, one in recorder.buffer}
+    assert compiled == expected | {kernel.py_func}
 
 
 def test_the_line_about_compilation_is_on():

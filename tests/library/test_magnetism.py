@@ -588,7 +588,7 @@ def _key(compiled):
 
 
 def _index(compiled):
-    return compiled._cache._cache_file._index_path
+    return compiled._cache.files.stem
 
 
 def test_a_second_process_loads_the_callback_from_disk():

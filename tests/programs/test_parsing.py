@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -42,7 +43,7 @@ def run(monkeypatch, capsys, tmp_path):
         except SystemExit as end:
             code = end.code
         said, error = capsys.readouterr()
-        return code, said, error.replace(f"{TEXT}\n", "")
+        return code, said, re.sub(f"{TEXT}.*\n", "", error)
 
     return run_in_folder
 

@@ -1,9 +1,8 @@
-"""The environment: OpenGL backend, cache for compiled code, memory, threads, MJCF folder."""
+"""The environment: OpenGL backend, memory, threads, MJCF folder."""
 
 import ctypes.util
 import math
 import os
-import stat
 import sys
 from pathlib import Path
 
@@ -39,61 +38,6 @@ def gl_setting() -> str:
     if sys.platform != "linux":
         return "MUJOCO_GL is not set"
     return "mujoco was imported first: import magmotor before it, or set MUJOCO_GL to egl or osmesa"
-
-
-def choose_cache_folder() -> None:
-    """Set NUMBA_CACHE_DIR to a private temporary folder if Numba's default ones cannot be used.
-
-    Numba tries the package's folders, then the user's cache, and raises if both fail. Cached code
-    is executed, so a folder that others own or can write to is never used.
-
-    Raises
-    ------
-    RuntimeError
-        No such folder exists, and none can be created.
-    """
-    chosen = os.environ.keys() & {"NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES"}
-    if chosen or not hasattr(os, "getuid"):  # Windows always has a home directory
-        return
-    package = os.path.dirname(os.path.dirname(__file__))  # noqa: PTH120
-    home = os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache"))  # noqa: PTH111
-    if _can_hold(f"{package}/__pycache__") or _can_hold(f"{home}/numba"):
-        return
-    try:
-        folder = _private_folder()
-    except OSError as error:
-        raise RuntimeError(
-            f"no place for compiled code: {package} and {home} are not writable, and no private"
-            f" folder can be created ({error}); set NUMBA_CACHE_DIR to a folder of your own"
-        ) from None
-    os.environ["NUMBA_CACHE_DIR"] = folder
-    if "numba" in sys.modules:
-        sys.modules["numba"].config.CACHE_DIR = folder
-
-
-def _can_hold(folder: str) -> bool:
-    """Whether this user can write to a folder or create it, and other users cannot write to it."""
-    folder = os.path.abspath(folder)  # noqa: PTH100
-    while not os.path.lexists(folder):
-        folder = os.path.dirname(folder)  # noqa: PTH120
-    if not os.path.isdir(folder) or not os.access(folder, os.W_OK | os.X_OK):  # noqa: PTH112
-        return False
-    found = os.stat(folder)  # noqa: PTH116
-    others = 0o002 if found.st_gid == os.getgid() else 0o022
-    return found.st_uid in (0, os.getuid()) and not found.st_mode & others
-
-
-def _private_folder() -> str:
-    """Create a temporary folder that only this user can write to, and return its path."""
-    import tempfile
-
-    folder = f"{tempfile.gettempdir()}/magmotor-{os.getuid()}"
-    os.makedirs(folder, mode=0o700, exist_ok=True)  # noqa: PTH103
-    found = os.lstat(folder)
-    private = stat.S_ISDIR(found.st_mode) and not found.st_mode & 0o022
-    if not private or found.st_uid != os.getuid():
-        raise PermissionError(f"{folder} belongs to another user, or others can write to it")
-    return folder
 
 
 def physical_memory() -> float:

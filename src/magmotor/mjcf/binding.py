@@ -4,16 +4,32 @@ import multiprocessing
 import os
 import subprocess
 import sys
+import tempfile
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from magmotor.mjcf import reports
-from magmotor.mjcf.forces import all_forces
+from numba.core import event
 
-HELP = f"from {all_forces.__name__} import compile_alone; compile_alone()"
-"""What the second process runs."""
+from magmotor.mjcf import reports
+from magmotor.mjcf.forces import all_forces, cluster_blocks, dipole_wrenches, tiles
+from magmotor.numerics.compilation_notice import COMPILATION
+from magmotor.numerics.numba_cache import subroutines_of
+
+HELP = f"""
+import os, threading
+
+def end_with_first():
+    os.read(0, 1)
+    os._exit(1)
+
+threading.Thread(target=end_with_first, daemon=True).start()
+from {__name__} import help_compiling
+help_compiling()
+"""
+"""What the second process runs. It ends if the first one no longer waits, which closes stdin."""
 
 _bound = False
 
@@ -21,41 +37,84 @@ _bound = False
 def bind(meanwhile: Callable[[], Any] | None = None) -> None:
     """Bind the forces and the reports of errors to the symbols by which compiled code calls them.
 
-    If the forces are not in Numba's cache and a processor is free, another process compiles them
-    into it, while this one compiles what they call and then calls `meanwhile`, which may compile
-    what calls them. Compiling then takes two thirds of the time.
+    If the forces are not on the disk and a processor is free, another process compiles them, while
+    this one compiles what they call and then calls `meanwhile`, which may compile what calls them.
+    Compiling then takes two thirds of the time.
     """
     global _bound
     if _bound:
         return
-    with _forces_compiled_beside() as waiting:
-        reports.bind()
-        all_forces.bind_others()
-        if waiting and meanwhile is not None:
-            meanwhile()
-    all_forces.bind()
+    is_cached = all_forces.is_cached()
+    with ExitStack() as stack:
+        if not is_cached:
+            stack.enter_context(COMPILATION.running())
+            others = (module.bind for module in (reports, cluster_blocks, dipole_wrenches, tiles))
+            callers = *others, all_forces.bind_others, *filter(None, [meanwhile])
+            COMPILATION.expect(subroutines_of(*callers))
+        with _forces_compiled_beside(is_cached) as waiting:
+            reports.bind()
+            all_forces.bind_others()
+            if waiting and meanwhile is not None:
+                meanwhile()
+        all_forces.bind()
     _bound = True
 
 
 @contextmanager
-def _forces_compiled_beside() -> Iterator[bool]:
+def _forces_compiled_beside(is_cached: bool) -> Iterator[bool]:
     """Let another process compile the forces during the block, if that is of use; yield whether."""
-    if all_forces.is_cached() or not _may_start_python():
+    if is_cached or not _may_start_python():
         yield False
         return
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
-    try:
-        helper = subprocess.Popen([sys.executable, "-c", HELP], env=environment, **silent)
-    except OSError:
-        yield False
-        return
-    with helper:  # waits for its end
+    with ExitStack() as stack:
+        try:
+            counted = stack.enter_context(tempfile.TemporaryFile())
+            helper = stack.enter_context(_helper(counted))
+        except OSError:
+            yield False
+            return
+        total = len(subroutines_of(all_forces.bind))
+        COMPILATION.expect_elsewhere(lambda: os.fstat(counted.fileno()).st_size, total)
         try:
             yield True
+            while helper.poll() is None:  # nothing would end a wait in another thread
+                time.sleep(0.05)
         except BaseException:
             helper.kill()
             raise
+
+
+def _helper(output: Any) -> subprocess.Popen:
+    """Start the second process. What this one cannot import, that one cannot, wherever it is."""
+    package = str(Path(__file__).parents[2])
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([*filter(None, sys.path), package])}
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", HELP], env=environment, stdin=subprocess.PIPE, stdout=output,
+        stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+class _Counter(event.Listener):
+    """Writes a byte to stdout for each of some functions that is compiled."""
+
+    def __init__(self, functions: set[Callable]):
+        self._left = functions
+
+    def on_start(self, event: Any) -> None:
+        """Do nothing."""
+
+    def on_end(self, event: Any) -> None:
+        """Write a byte for a new function."""
+        function = event.data["dispatcher"].py_func
+        if function in self._left:
+            self._left.remove(function)
+            os.write(1, b".")
+
+
+def help_compiling() -> None:
+    """Compile the forces, in a process that does nothing else."""
+    event.register("numba:compile", _Counter(subroutines_of(all_forces.bind)))
+    all_forces.compile_alone()
 
 
 def _may_start_python() -> bool:

@@ -1,21 +1,25 @@
-"""Compilation of this package's code: a line on stderr if it takes long, and its time."""
+"""Compilation of this package's code: a line on stderr if it takes long, its time, its thread."""
 
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
+from numba import typeof
 from numba.core import event
 from tqdm import tqdm
 
 SLOW = 5.0
 """Seconds after which compilation is explained."""
 
-TEXT = "magmotor: compiling what is used for the first time; this takes a minute or two"
+TEXT = "magmotor: compiling what is used for the first time"
+"""How the line begins; what follows is how many of the functions are compiled."""
 
 
 class CompilationNotice(event.Listener):
-    """Prints the line once per process. Numba compiles one function at a time, with its callees.
+    """Prints the line once per process, or, on a terminal, a line that counts.
 
     Attributes
     ----------
@@ -26,36 +30,93 @@ class CompilationNotice(event.Listener):
     def __init__(self, after: float = SLOW) -> None:
         self.seconds = 0.0
         self._after, self._depth, self._began, self._printed = after, 0, 0.0, False
-        self._timer = threading.Timer(after, self._print)
+        self._lock, self._ended, self._teller = (
+            threading.Lock(),
+            threading.Event(),
+            threading.Thread(),
+        )
+        self._compiled: set[Callable] = set()
+        self._expected: set[Callable] = set()
+        self._elsewhere: tuple[Callable[[], int], int] = (lambda: 0), 0
 
     def on_start(self, event: Any) -> None:
-        """Print the line later, unless the outermost function is compiled by then."""
-        if not _is_ours(event):
-            return
-        if self._depth == 0:
-            self._began = time.perf_counter()
-            if not self._printed:
-                self._timer = threading.Timer(self._after, self._print)
-                self._timer.daemon = True
-                self._timer.start()
-        self._depth += 1
+        """Begin with a function that Numba compiles, with its callees."""
+        if _is_ours(event):
+            self._begin()
 
     def on_end(self, event: Any) -> None:
-        """Cancel the line once compilation ends."""
-        if not _is_ours(event):
-            return
-        self._depth -= 1
-        if self._depth == 0:
-            self.seconds += time.perf_counter() - self._began
-            self._timer.cancel()
+        """End with it."""
+        if _is_ours(event):
+            dispatcher = event.data["dispatcher"]
+            if dispatcher.overloads:  # `is_failed` of Numba 0.68 means the opposite
+                self._compiled.add(dispatcher.py_func)
+            self._end()
 
-    def _print(self) -> None:
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Count a `with` block as compilation, also where it only waits for another process."""
+        self._begin()
+        try:
+            yield
+        finally:
+            self._end()
+
+    def expect(self, functions: set[Callable]) -> None:
+        """Count functions among those that are being compiled, unless they already are."""
+        self._expected |= functions - self._compiled
+
+    def expect_elsewhere(self, count: Callable[[], int], total: int) -> None:
+        """Count the functions that another process compiles; `count()` is how many it has."""
+        self._elsewhere = count, total
+
+    def progress(self) -> tuple[int, int]:
+        """Return how many of how many functions are compiled."""
+        count, total = self._elsewhere
+        here = len(self._expected & self._compiled)
+        return here + min(count(), total), len(self._expected) + total
+
+    def _begin(self) -> None:
+        with self._lock:
+            if self._depth == 0:
+                self._began, self._ended = time.perf_counter(), threading.Event()
+                self._teller = threading.Thread(target=self._tell, args=(self._ended,), daemon=True)
+                self._teller.start()
+            self._depth += 1
+
+    def _end(self) -> None:
+        with self._lock:
+            self._depth -= 1
+            if self._depth == 0:
+                self.seconds += time.perf_counter() - self._began
+                self._expected, self._elsewhere = set(), ((lambda: 0), 0)
+                self._ended.set()
+                self._teller.join(1.0)  # so that what is printed next begins a line
+
+    def _tell(self, ended: threading.Event) -> None:
+        """Print the line if compilation takes long; on a terminal, until it ends."""
+        if ended.wait(self._after):
+            return
+        on_terminal = sys.stderr is not None and sys.stderr.isatty()
+        if not on_terminal and not self._printed:
+            print(f"{TEXT}; this takes a minute or two{self._words()}", file=sys.stderr, flush=True)
         self._printed = True
-        print(TEXT, file=sys.stderr, flush=True)
+        while on_terminal and not ended.wait(0.5):
+            print(f"\r{TEXT + self._words():79}", end="", file=sys.stderr, flush=True)
+        if on_terminal:
+            print(f"\r{'':79}\r", end="", file=sys.stderr, flush=True)
+
+    def _words(self) -> str:
+        done, total = self.progress()
+        return f" ({done} of {total} functions)" if total else ""
 
 
 COMPILATION = CompilationNotice()
 """The notice of this process; `magmotor.numerics.numba_cache` registers it."""
+
+
+def compile_here(function: Any, *arguments: Any) -> None:
+    """Compile a function for such arguments in this thread; Ctrl-C would not end it in others."""
+    function.compile(tuple(map(typeof, arguments)))
 
 
 class Progress(tqdm):

@@ -1,11 +1,9 @@
-"""Functions that are compiled once per process and kept in Numba's disk cache.
+"""Functions that are compiled once per process and kept on disk.
 
 Numba's cache keys contain the bytecode and the closure cells of a function, but neither the
 functions that it calls nor the constants that it reads. A checksum of these in a closure cell fills
-that gap. Each combination of closure cells and processor has a cache index of its own, for three
-reasons. Numba does not lock an index while adding an entry, so that two processes that share one
-could swap their code. Of two machines that share a home directory, one could load code that it
-cannot run. And Numba fails on an index that names a type which newer code lacks.
+that gap. Each combination of closure cells, processor and version of Numba has files of its own,
+whose names tell whether it has been compiled.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -16,18 +14,21 @@ import sys
 import zlib
 from collections.abc import Callable, Iterator
 from functools import cache, update_wrapper
-from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import llvmlite.binding as llvm
+import numba
 import numpy as np
-from numba import cfunc, njit
+from numba import njit
 from numba.core import config, event
-from numba.core.caching import FunctionCache
+from numba.core.ccallback import CFunc
 from numba.core.codegen import get_host_cpu_features
+from numba.core.dispatcher import Dispatcher
+from numba.core.sigutils import normalize_signature
 from numba.core.types import ExternalFunction
 
+from magmotor.numerics.code_files import CodeCache
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.numerics.simd import COUNT
 from magmotor.numerics.subroutine import subroutine
@@ -54,15 +55,13 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
         Decorator for a function whose arguments are `checksum` and whatever the code is
         specialized by: plain numbers, strings or tuples. The function that it defines and returns
         must refer to these, and to `checksum` by `_ = checksum`, to make them its closure cells.
-        The method `is_cached` tells whether that is in the disk cache.
+        The method `is_cached` tells whether that is on the disk.
 
     Raises
     ------
     TypeError
         When called, if the defined function does not refer to `checksum`.
     """
-    options["cache"] = True
-    compiler: Any = njit(**options) if signature is None else cfunc(signature, **options)
 
     def decorate(define: Callable) -> Callable:
         @cache
@@ -71,23 +70,42 @@ def compiled_once(signature: Any = None, **options: Any) -> Callable[[Callable],
             function = define(checksum, *by)
             if "checksum" not in function.__code__.co_freevars:
                 raise TypeError(f"{function.__qualname__} does not refer to its checksum")
-            function.__qualname__ += f"_{zlib.crc32(repr((checksum, by, target())).encode()):08x}"
+            key = checksum, by, target(), numba.__version__
+            function.__qualname__ += f"_{zlib.crc32(repr(key).encode()):08x}"
             return function
 
         @cache
         def compiled(*by: Any) -> Any:
-            return compiler(defined(*by))
+            function = defined(*by)
+            kept = CodeCache(function, lambda: COMPILATION.expect(subroutines_of(define)))
+            if signature is None:
+                dispatcher: Any = njit(**options)(function)
+                dispatcher._cache = kept
+                return dispatcher
+            callback: Any = _Callback(function, normalize_signature(signature), {}, options)
+            callback._cache = kept
+            callback.compile()
+            return callback
 
         def is_cached(*by: Any) -> bool:
-            function = defined(*by)
-            name = function.__qualname__.rpartition(".")[2]
-            return any(Path(FunctionCache(function).cache_path).glob(f"*.{name}-*.nbi"))
+            return CodeCache(defined(*by)).files.any_is_whole()
 
         wrapper: Any = update_wrapper(compiled, define)
         wrapper.is_cached = is_cached
         return wrapper
 
     return decorate
+
+
+_CFunc: Any = CFunc  # whose members have no types
+
+
+class _Callback(_CFunc):
+    """Numba's C function, whose compilation is an event, too."""
+
+    def _compile_uncached(self) -> Any:
+        with COMPILATION.running():
+            return super()._compile_uncached()
 
 
 def checksum_of(function: Callable) -> int:
@@ -124,6 +142,20 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
             else:
                 modules.add(found.__module__ if isinstance(found, type) else type(found).__module__)
     return modules, constants
+
+
+def subroutines_of(*functions: Callable) -> set[Callable]:
+    """Return the subroutines of compiled functions, and of those that Python functions call."""
+    found, seen, pending = set(), set(), [inspect.unwrap(function) for function in functions]
+    while pending:
+        one = pending.pop()
+        seen.add(one)
+        for _, value in _globals(one):
+            if isinstance(value, Dispatcher) or hasattr(value, "is_cached"):
+                called = inspect.unwrap(value)
+                pending += [called] * (called not in seen)
+                found |= {called} if isinstance(value, Dispatcher) else set()
+    return found
 
 
 def _globals(function: Any) -> Iterator[tuple[str, Any]]:

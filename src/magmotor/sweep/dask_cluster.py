@@ -10,7 +10,12 @@ from typing import Any
 
 from magmotor.common.checks import check_integer, reject
 from magmotor.common.optional import extra
-from magmotor.sweep.process_pool import ONE_THREAD, children_without_interrupts
+from magmotor.sweep.process_pool import (
+    ONE_THREAD,
+    OWN_PATH,
+    children_without_interrupts,
+    environment,
+)
 
 
 class Cluster(Executor):
@@ -110,6 +115,7 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     if not isinstance(host, str) or not host:  # for Dask, "" means all interfaces
         raise reject("host", host, "must be the address of a network interface, a string")
     with ExitStack() as stack:
+        stack.enter_context(environment(OWN_PATH))  # a worker that dies is started again
         try:
             with children_without_interrupts():
                 cluster = stack.enter_context(

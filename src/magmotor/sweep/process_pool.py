@@ -27,6 +27,12 @@ ONE_THREAD: dict[str, str] = {
 }
 """Environment of a worker, which uses one core: cases run in parallel, each on one thread."""
 
+OWN_PATH: dict[str, str] = {"PYTHONSAFEPATH": "1"}
+"""Environment in which a worker starts without the working folder, and imports what its driver can.
+
+Else what multiprocessing imports before it passes on the driver's path could come from there.
+"""
+
 RESTARTS = 5
 """Idle processes, beyond one per worker, that may be killed in a row before the calls fail."""
 
@@ -148,8 +154,9 @@ class _Worker:
         self.calls: deque[tuple[Future, tuple[Any, ...]]] = deque()
         self.is_ready = self.is_dead = self._is_quick = False
         self._since = 0.0
-        self._process = _CONTEXT.Process(target=_work, args=(remote,), daemon=True)
-        with _environment(ONE_THREAD), children_without_interrupts():
+        given = {name: os.environ.get(name) for name in OWN_PATH}
+        self._process = _CONTEXT.Process(target=_work, args=(remote, given), daemon=True)
+        with environment(ONE_THREAD | OWN_PATH), children_without_interrupts():
             self._process.start()
         remote.close()  # now the connection closes when the process dies
 
@@ -211,22 +218,28 @@ def children_without_interrupts() -> Iterator[None]:
 
 
 @contextmanager
-def _environment(values: Mapping[str, str]) -> Iterator[None]:
+def environment(values: Mapping[str, str]) -> Iterator[None]:
     """Set environment variables for the processes that are started inside a `with` block."""
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        _set(before)
 
 
-def _work(connection: Connection) -> None:
-    """Answer calls in a worker process until the driver ends."""
+def _set(values: Mapping[str, str | None]) -> None:
+    """Set environment variables, or remove those that are None."""
+    for name, value in values.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
+
+
+def _work(connection: Connection, given: Mapping[str, str | None]) -> None:
+    """Answer calls in a worker process until the driver ends, which was given some variables."""
+    _set(given)  # for programs that a measure starts
     tqdm.set_lock(threading.RLock())  # tqdm's own semaphore would outlive a killed process
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls), daemon=True).start()

@@ -45,6 +45,7 @@ from magmotor.devices.ball.rigid_surroundings import (
     with_background,
 )
 from magmotor.noise import normal
+from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.elementary import prefer_wide_vectors
 from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.splittings import RIGID
@@ -209,6 +210,8 @@ def recorded_chunks(
     states = (start if job.state is None else job.state).copy()
     threads = min(len(states), threads or thread_count())
     ends = [len(states) * k // threads for k in range(threads + 1)]
+    recorded, rows = np.empty((0, *states.shape)), (0, 0)
+    compile_here(advance, states, recorded, rows, (0, 1), path, *numbers)
     with ThreadPoolExecutor(threads) as pool:
         for step, times in job.chunks(len(states)):
             recorded = np.empty((len(times), *states.shape))

@@ -14,6 +14,7 @@ from magmotor.mjcf.langevin.coefficients import step_coefficients
 from magmotor.mjcf.langevin.compiled_loop import compiled
 from magmotor.mjcf.langevin.model import langevin_model
 from magmotor.mjcf.langevin.thermostat import Steps, Taken, Thermostat
+from magmotor.numerics.compilation_notice import compile_here
 
 
 class Baoab(Thermostat):
@@ -88,6 +89,10 @@ class Baoab(Thermostat):
             The same errors as in `magnetism`.
         """
         self._steps(data, nstep, np.empty(0))
+
+    def _compile(self) -> None:
+        records, work = np.empty((0, 0)), np.empty(0)
+        compile_here(self._advance, 0, 0, 0, 0, self._coefficients, records, work)
 
     def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
         """Call the compiled loop, which records every step, and for which `userdata` is the path.

@@ -53,6 +53,7 @@ from magmotor.mjcf.langevin.thermostat import (
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.mjcf.lookup import potential_checksum
 from magmotor.noise import LARGEST_STEP, BrownianPath
+from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.splittings import LANGEVIN
 
 APPLIED = {
@@ -354,6 +355,7 @@ class Langevin(Thermostat):
         with tqdm(
             total=replicas * (settle + nstep), desc="Langevin", unit="step", delay=2, disable=None
         ) as progress:
+            self._compile()
             follow = partial(self._follow, out, lost, settle, nstep, every, initial, progress)
             on_threads(follow, replicas, min(replicas, os.cpu_count() or 1))
         run = self._dataset(out, every, initial)
@@ -483,18 +485,25 @@ class Langevin(Thermostat):
         self._check_run(data)
         self._check_callbacks()
         before = [data.warning[kind].number for kind in LOSSES]
-        path = np.array([self._path.seed, steps.replica, *self._path.view])
         room = room_for(self.model, self._tree, len(self.kT))
         room.exchanged[: len(steps.exchanged)] = steps.exchanged
         with hooks.errors_raised():
-            done = self._advance(
-                self._own._address, data._address, self._tree, self._dampers,
-                self._parts, path, steps.first, steps.nstep, steps.every, room, steps.records,
-            )  # fmt: skip
+            done = self._advance(*self._loop_arguments(data._address, steps, room))
         for kind, count in zip(LOSSES, before, strict=True):
             if data.warning[kind].number > count:
                 raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")
         return done, room
+
+    def _compile(self) -> None:
+        room = room_for(self.model, self._tree, len(self.kT))
+        compile_here(self._advance, *self._loop_arguments(0, Steps(0, 0), room))
+
+    def _loop_arguments(self, data: int, steps: Steps, room: Room) -> tuple[Any, ...]:
+        path = np.array([self._path.seed, steps.replica, *self._path.view])
+        return (
+            self._own._address, data, self._tree, self._dampers, self._parts, path, steps.first,
+            steps.nstep, steps.every, room, steps.records,
+        )  # fmt: skip
 
     def _check_callbacks(self) -> None:
         """Check that no callback of the user acts, whose forces have no known potential."""

@@ -110,6 +110,10 @@ class Thermostat(ABC):
         self._timestep = model.opt.timestep
 
     @abstractmethod
+    def _compile(self) -> None:
+        """Compile the loop, before threads call it."""
+
+    @abstractmethod
     def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
         """Take steps with the compiled loop."""
 
@@ -201,6 +205,7 @@ class Thermostat(ABC):
                         paths[replica, done + count :] = np.nan
                         break
 
+        self._compile()
         on_threads(follow, len(data), len(data))
         return paths
 

@@ -43,7 +43,7 @@ from magmotor.devices.disk.variational import (
     unpack,
 )
 from magmotor.noise import check_seed
-from magmotor.numerics.compilation_notice import Progress
+from magmotor.numerics.compilation_notice import Progress, compile_here
 from magmotor.numerics.simd import COUNT
 
 BLOCK = 64
@@ -175,6 +175,7 @@ class EnsembleRun:
             total=self.when.samples * unit, initial=self.sample * unit, desc="ensemble",
             bar_format=bar, delay=2, disable=None,
         )  # fmt: skip
+        self._compile()
         with deferred() as interrupted, ThreadPoolExecutor(threads) as pool, progress:
             self._record()
             span = 1
@@ -193,6 +194,13 @@ class EnsembleRun:
         if interrupted.is_set():
             raise SimulationInterrupted(self._result(), self.checkpoint.path)
         return self._result()
+
+    def _compile(self) -> None:
+        """Compile what the threads will call, while Ctrl-C ends it."""
+        states, block = np.empty((4, self.lanes)), np.empty((1, 4, self.lanes))
+        if self.coefficients is not None:
+            compile_here(self.advance, states, block, 0, 1, 0, 0, 1, 0, self.coefficients)
+        compile_here(accumulate, self.statistics, block, 0, 0, 0, 0, self.deviations, self.sigma)
 
     def _next_stop(self, span: int) -> int:
         """Return the next record, but at most `span` samples from here."""

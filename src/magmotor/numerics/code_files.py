@@ -1,0 +1,185 @@
+"""Compiled code on disk: each file has a checksum, and its folder is one that only this user fills.
+
+Numba executes whatever its files contain, and raises if it cannot write one. Here, a damaged file
+counts as missing, and what cannot be written is compiled anew by the next process.
+"""
+
+import hashlib
+import os
+import pickle
+import stat
+import sys
+import tempfile
+import threading
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from inspect import getfile
+from pathlib import Path
+from typing import Any
+
+from numba.core import config
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserWideCacheLocator
+from numba.core.serialize import dumps
+
+from magmotor.common.files import this_driver, write_whole
+
+_SIZE = 4
+"""Length of a checksum."""
+
+
+class CodeFiles:
+    """The files of a function, one for each of its signatures.
+
+    Parameters
+    ----------
+    source : str
+        Path of the module.
+    folder : str
+        NUMBA_CACHE_DIR or, without it, the user's folder for caches.
+    stem : str
+        Beginning of the names of the files.
+    """
+
+    def __init__(self, source: str, folder: str, stem: str):
+        self._source, self._folder, self.stem = source, folder, stem
+
+    def load(self, key: Any) -> Any:
+        """Return the code for a key, or None without an undamaged file of it."""
+        for folder in self._folders():
+            content = _content(Path(folder, self._name(key)))
+            if content is not None:
+                return pickle.loads(content)
+        return None
+
+    def save(self, key: Any, code: Any) -> None:
+        """Keep the code for a key in the first folder that takes it, or say why none does."""
+        pickled, reasons = dumps(code), []
+        for folder in self._folders():
+            path = Path(folder, self._name(key))
+            part = path.with_name(f".{path.name}.{threading.get_native_id()}@{this_driver()}")
+            try:
+                path.parent.mkdir(mode=0o755, parents=True, exist_ok=True)
+                if not _may_use(folder):
+                    raise PermissionError(0, "others can write to it")
+                write_whole(path, _checksum(pickled) + pickled, part)
+            except OSError as error:
+                reasons.append(f"{folder}: {error.strerror}")
+            else:
+                return
+        _explain_once("; ".join(reasons))
+
+    def any_is_whole(self) -> bool:
+        """Whether there is an undamaged file."""
+        found = (Path(folder).glob(f"{self.stem}.*.nbc") for folder in self._folders())
+        return any(_content(path) is not None for paths in found for path in paths)
+
+    def _name(self, key: Any) -> str:
+        return f"{self.stem}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+
+    def _folders(self) -> Iterator[str]:
+        """Yield the folders in which the files may be, the preferred one first."""
+        if not _chosen():
+            yield str(Path(self._source).with_name("__pycache__"))
+        yield self._folder
+        if not _chosen() and hasattr(os, "getuid"):
+            with suppress(OSError):  # no folder for temporary files
+                yield f"{tempfile.gettempdir()}/magmotor-{os.getuid()}"
+
+
+class _Locator(UserWideCacheLocator):
+    """Names the folder without asking whether it can be written to."""
+
+    def __init__(self, py_func: Any, py_file: str):
+        super().__init__(py_func, py_file)
+        if _chosen():
+            self._cache_path = str(Path(_chosen(), self.get_suitable_cache_subpath(py_file)))
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> "_Locator":
+        return cls(py_func, py_file)
+
+    def ensure_cache_path(self) -> None:
+        pass
+
+
+class _Implementation(CompileResultCacheImpl):
+    _locator_classes = (_Locator,)
+
+
+class CodeCache(FunctionCache):
+    """Numba's cache of a function, with these files; it calls `missing` if they lack code."""
+
+    _impl_class = _Implementation
+
+    def __init__(self, function: Any, missing: Callable[[], object] = lambda: None):
+        super().__init__(function)
+        self.files = CodeFiles(getfile(function), self.cache_path, self._impl.filename_base)
+        self._cache_file: Any = self.files  # Numba's name
+        self._missing = missing
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        found = None
+        with suppress(Exception):  # a whole file, but made with another version of what it needs
+            found = super()._load_overload(sig, target_context)
+        if found is None:
+            self._missing()
+        return found
+
+
+def is_private(path: str, sticky: int = 0) -> bool:
+    """Whether nobody but this user and the system's can change what a path leads to.
+
+    With `sticky`, they may add entries to it, but not replace those that it has.
+    """
+    path = os.path.abspath(path)  # noqa: PTH100
+    parent = os.path.dirname(path)  # noqa: PTH120
+    found = os.lstat(path)
+    if found.st_uid not in (0, os.getuid(), os.stat("/").st_uid):  # noqa: PTH116
+        return False
+    if stat.S_ISLNK(found.st_mode):
+        target = os.path.join(os.path.realpath(parent), os.readlink(path))  # noqa: PTH115, PTH118
+        closed = is_private(target, sticky)
+    else:
+        others = 0o002 if found.st_gid == os.getgid() else 0o022
+        closed = not found.st_mode & others or bool(found.st_mode & sticky)
+    return closed and (parent == path or is_private(parent, stat.S_ISVTX))
+
+
+def _may_use(folder: str) -> bool:
+    """Whether the user chose a folder, or nobody else can write to it."""
+    return bool(_chosen()) or not hasattr(os, "getuid") or is_private(folder)
+
+
+def _chosen() -> str:
+    """Return what NUMBA_CACHE_DIR is set to."""
+    return config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _content(path: Path) -> bytes | None:
+    """Return what a file has behind its checksum; None if it is missing, damaged or not ours."""
+    try:
+        content = path.read_bytes()
+        checksum, rest = content[:_SIZE], content[_SIZE:]
+        return rest if _checksum(rest) == checksum and _may_use(str(path.parent)) else None
+    except OSError:
+        return None
+
+
+def _checksum(content: bytes) -> bytes:
+    return zlib.crc32(content).to_bytes(_SIZE)
+
+
+_explained = False
+
+
+def _explain_once(reasons: str) -> None:
+    global _explained
+    if not _explained:
+        _explained = True
+        print(
+            "magmotor: compiled code cannot be kept, and each program compiles it anew; set"
+            f" NUMBA_CACHE_DIR to a folder of your own ({reasons})",
+            file=sys.stderr,
+            flush=True,
+        )
