@@ -38,6 +38,7 @@ from magmotor.mjcf.langevin.own_model import (
     without_friction,
 )
 from magmotor.mjcf.langevin.refusals import refusal_with_remedies
+from magmotor.mjcf.langevin.relaxation import unsettled
 from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
@@ -344,6 +345,13 @@ class Langevin(Thermostat):
         if initial is not None:
             check_type("initial", initial, mujoco.MjData)
             self._check_data(initial)
+        if any(self.kT.values()):
+            forces = None if "S" in self._scheme.parts else self.forces
+            start = self._start(initial)
+            for warning in unsettled(
+                self.model, start, self._friction, self._scheme, forces, settle, nstep
+            ):
+                warnings.warn(warning, stacklevel=2)
         nq, nv, baths = self.model.nq, self.model.nv, len(self.kT)
         records = nstep // every
         shape = replicas, records, nq + nv + baths + 1
@@ -375,9 +383,7 @@ class Langevin(Thermostat):
         stop: threading.Event,
     ) -> None:
         """Run one replica, in calls of about 0.1 s."""
-        data = mujoco.MjData(self.model)
-        if initial is not None:
-            mujoco.mj_copyState(self.model, initial, data, STATE)
+        data = self._start(initial)
         data.time, following = 0.0, 0
         for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
             exchanged = np.zeros(len(self.kT) + 1)
@@ -389,6 +395,12 @@ class Langevin(Thermostat):
                     lost[replica] = data.time - settle * self._timestep
                     return
                 progress.update(size)
+
+    def _start(self, initial: mujoco.MjData | None) -> mujoco.MjData:
+        data = mujoco.MjData(self.model)
+        if initial is not None:
+            mujoco.mj_copyState(self.model, initial, data, STATE)
+        return data
 
     def _dataset(self, out: Array, every: int, initial: mujoco.MjData | None) -> xr.Dataset:
         nq, nv = self.model.nq, self.model.nv
