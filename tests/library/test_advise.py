@@ -32,7 +32,7 @@ from magmotor.advice.stability import find_rest, stability_limit
 
 @pytest.fixture(autouse=True, scope="module")
 def clock():
-    """Costs and budgets count steps instead of time, so that no load of the machine changes them."""
+    """Costs and budgets count steps instead of time, whatever the load of the machine."""
     with pytest.MonkeyPatch.context() as patch:
         yield Clock(patch, step=2e-5)
 

@@ -173,7 +173,8 @@ class Langevin(Thermostat):
     -----
     Friction changes how fast the ensemble settles, not what it becomes, unless the timestep is long
     and the friction weak: a motion that friction damps at the rate g in 1/s needs several times
-    1/g. The velocities of an oscillation of angular frequency w have the temperature
+    1/g, or, if g h is large, about g h steps by the rule of part O (its positions do not wait for
+    that). The velocities of an oscillation of angular frequency w have the temperature
     kT (1 - (w h)^2/4) by BAOAB, its positions have kT; if w/g exceeds 50 or so, this holds for
     w h = 0.5 at most. Brownian wrenches of the model (`user` numbers of bodies) do not act.
 
@@ -195,7 +196,7 @@ class Langevin(Thermostat):
     ...   </worldbody>
     ... </mujoco>
     ... ''')
-    >>> run = mm.Langevin(model, kT=0.5).sample(10_000, replicas=4, every=10)
+    >>> run = mm.Langevin(model, kT=0.5).sample(10_000, replicas=4, every=10, settle=5000)
     >>> run.qpos.shape
     (4, 1000, 1)
     """
@@ -337,6 +338,14 @@ class Langevin(Thermostat):
             The motion of some replicas could not be followed. The error contains all records.
         mujoco.FatalError
             The same errors as in `magnetism`.
+
+        Warns
+        -----
+        UserWarning
+            By small motions about the initial position, the records contain on average more than a
+            tenth of the kinetic energy with which some motion starts. All replicas start alike, so
+            that their mean is not that of equilibrium, and their spread is too small an error. How
+            long positions need is not known, such as those that must cross barriers.
         """
         nstep = check_integer("nstep", nstep, at_least=1)
         every = check_integer("every", every, at_least=1, at_most=nstep)
