@@ -72,7 +72,7 @@ def test_a_run_warns_once_of_magnets_that_fly_apart(distance, geom, integrator):
 @pytest.mark.parametrize(("later", "said"), [(1.0, 1), (3.0, 0)])
 def test_a_velocity_is_compared_one_step_later_only(later, said):
     """What a user sets after several steps' time is no jump."""
-    model = balls(0.021, 'contype="0" conaffinity="0"')
+    model = balls(0.012, 'contype="0" conaffinity="0"')
     data = mujoco.MjData(model)
     with mm.magnetism(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -79,9 +79,9 @@ def unsettled(
     rate = float(rates @ shape**2)
     yield (
         f"{label(model, 'joint', model.dof_jntid[slowest])}: on average, the records still contain"
-        f" {round(100 * left)} % of the energy with which its motion starts, the same in all replicas,"
-        " so that their mean is not that of equilibrium and their spread is not its error;"
-        f" {_remedy(loss, rate, timestep)} (by small motions about the initial position)"
+        f" {round(100 * left)} % of the energy with which its motion starts, the same in all"
+        " replicas, so that their mean is not that of equilibrium and their spread is not its"
+        f" error; {_remedy(loss, rate, timestep)} (by small motions about the initial position)"
     )
 
 
