@@ -41,8 +41,8 @@ class Quantity:
     energies: bool = False
     """Whether they are the total and the kinetic energy; the scale is the range of the total or
     the largest kinetic energy."""
-    whole: slice = slice(None)
-    """The numbers that count as a whole."""
+    size: int | None = None
+    """How many numbers count as a whole; further ones belong to elements only."""
     parts: tuple[Part, ...] = ()
     """Elements that count over their own ranges, too."""
 
@@ -57,7 +57,7 @@ class Quantity:
             return float(np.abs(apart[:, 0]).max() / max(ranges[0], truth[:, 1].max()))
         sizes = [float(np.linalg.norm(ranges[part])) for part, _ in self.parts]
         moved = [size / unit for size, (_, unit) in zip(sizes, self.parts, strict=True)]
-        judged = [(self.whole, float(np.linalg.norm(ranges[self.whole])))]
+        judged = [(slice(self.size), float(np.linalg.norm(ranges[: self.size])))]
         for size, move, (part, _) in zip(sizes, moved, self.parts, strict=True):
             if move > STILL * max(moved):
                 judged.append((part, size))
@@ -197,7 +197,7 @@ def with_joints(model: mujoco.MjModel) -> Quantity:
     ends = size + len(units)
     parts = [(slice(size + k, size + k + 1), unit) for k, (_, unit) in enumerate(units)]
     parts += [(slice(ends + 3 * k, ends + 3 * k + 3), 1.0) for k in range(3 * len(turning))]
-    return Quantity(observe, whole=slice(size), parts=tuple(parts))
+    return Quantity(observe, size=size, parts=tuple(parts))
 
 
 def matter(model: mujoco.MjModel) -> Observe:
