@@ -162,7 +162,7 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
             least = REST * float(_units(model)[model.joint(name).qposadr[0]])
         found = Quantity(quantity, lambda _, data: value(data, name), least=least)
     count = _check(found, model, data)
-    if found.elements or count == 1:
+    if found.size is not None or count == 1:
         return found
     names = _AXES if found.name.startswith(("body ", "site ")) else range(count)
     return replace(
