@@ -110,7 +110,7 @@ def _slowest(step: Array, stiffness: Array) -> tuple[float, Array]:
     is NaN if the motion is unstable.
     """
     n = len(stiffness)
-    energy, power, count = block_diag(stiffness, np.eye(n)), step, 1
+    energy, power, count, shapes = block_diag(stiffness, np.eye(n)), step, 1, np.eye(n)
     for _ in range(DOUBLINGS):
         if not np.isfinite(power).all():
             return math.nan, np.zeros(n)
