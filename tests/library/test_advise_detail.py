@@ -113,7 +113,7 @@ PLUGIN = (
 @pytest.fixture(autouse=True)
 def steady(monkeypatch):
     """Count work instead of time, since nothing must depend on the load of the machine."""
-    Clock(monkeypatch, step=2e-5)
+    Clock(monkeypatch, step=1e-4)
 
     def timed(runs, integrator, timestep, steps):
         runs.prepare(integrator, timestep)

@@ -18,7 +18,7 @@ from magmotor.advice.survey import Survey
 @pytest.fixture(autouse=True)
 def clock(monkeypatch):
     """Budgets count steps instead of time, so that no load of the machine changes an answer."""
-    return Clock(monkeypatch, step=1e-4)
+    return Clock(monkeypatch, step=1e-5)
 
 
 def test_a_temperature_and_noise_exclude_each_other():

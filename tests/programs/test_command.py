@@ -203,7 +203,9 @@ def test_what_is_at_rest_says_which_options_move_it(run, option):
 @pytest.mark.usefixtures("clock")
 def test_where_integrators_fail_along_the_path_is_printed(run):
     """Of an undamped oscillator of 20 rad/s: RK4 is stable up to 0.141 s, Euler's phase lags."""
-    _, out, _ = run("advise", "oscillator.xml", "--velocity", "1", "--duration", "20")
+    _, out, _ = run(
+        "advise", "oscillator.xml", "--velocity", "1", "--duration", "20", "--budget", "20"
+    )
     head, *rows = out.splitlines()[2:8]
     cells = {row.split()[0]: row[head.index("fails from") : head.index("stable")] for row in rows}
     assert cells["RK4"].startswith("0.16 s (diverges after ")

@@ -9,7 +9,7 @@ import numpy as np
 from magmotor.advice.errors import Reference, Samples, reference
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Path, Runs
 from magmotor.advice.points import Point
-from magmotor.advice.quantities import KINETIC, Quantity, motion, relative
+from magmotor.advice.quantities import KINETIC, Quantity, motion, over, relative
 from magmotor.advice.statistics import REPLICAS, Ensemble
 from magmotor.common.arrays import Array
 
@@ -290,7 +290,7 @@ class Measurement:
 
     def _fill(self, point: Point, apart: Array, ranges: Array) -> None:
         """Fill in the errors of a point by its differences (records, n) from the truth."""
-        errors = self.quantity.distances(apart).max(axis=0) / ranges
+        errors = over(self.quantity.distances(apart).max(axis=0), ranges)
         if not np.isfinite(errors).all():
             return
         point.error = float(errors[: len(self.counted(ranges))].max())

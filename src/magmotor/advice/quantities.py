@@ -120,7 +120,7 @@ class Quantity:
         ranges = self.ranges(values)
         passed = self.distances(values[-1:] - values[:1])[0]
         names = np.array(self.elements or (self.name,))
-        return names[(passed / ranges > ONE_WAY)[-len(names) :]].tolist()
+        return names[(passed > ONE_WAY * ranges)[-len(names) :]].tolist()
 
     def scaled_by(self, model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> "Quantity":
         """Return the quantity with the scale that its name has, found along a path."""
@@ -176,7 +176,13 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
 def relative(distances: Array, ranges: Array | float) -> float:
     """Return the largest of distances (records, k) over ranges, of which there may be fewer."""
     ranges = np.atleast_1d(ranges)
-    return float((distances[:, : len(ranges)] / ranges).max())
+    return float(over(distances[:, : len(ranges)], ranges).max())
+
+
+def over(distances: Array, ranges: Array) -> Array:
+    """Return distances over ranges; it is 0 over an infinite range, and for no distance."""
+    with np.errstate(all="ignore"):
+        return np.where(np.isinf(ranges) | (distances == 0.0), 0.0, distances / ranges)
 
 
 def motion(model: mujoco.MjModel, states: Array) -> float:

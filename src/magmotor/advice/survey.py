@@ -15,7 +15,7 @@ from magmotor.advice.errors import Reference, observed_order
 from magmotor.advice.measure import COARSE, JUDGES, TRUSTED, Measurement
 from magmotor.advice.paths import INTEGRATORS, OutOfTime
 from magmotor.advice.points import MARGIN, Point, front, time_in_turns
-from magmotor.advice.quantities import REST
+from magmotor.advice.quantities import REST, over
 from magmotor.advice.report import percent
 from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics import errors
@@ -172,7 +172,7 @@ class Survey:
     def _doubts(self, truth: Reference, ranges: Array) -> Array:
         """Return the relative doubt of the reference up to each record, shape (records,)."""
         counted = self._measurement.counted(ranges)
-        return (truth.doubt[:, : len(counted)] / counted).max(axis=1)
+        return over(truth.doubt[:, : len(counted)], counted).max(axis=1)
 
     def _note_what_was_not_seen(self, truth: Reference, ranges: Array, last: int) -> None:
         """Note which elements the path says little about, or the reference is uncertain about."""
@@ -188,7 +188,7 @@ class Survey:
         if unturned:
             seen = f"did not come back within {advice.horizon:.3g} s, so that its range and errors"
             advice.notes += (f"{seen} may be larger over a longer duration: {listed(unturned)}",)
-        doubts = truth.doubt[last] / ranges
+        doubts = over(truth.doubt[last], ranges)
         if doubts[0] <= TRUSTED * advice.error < advice.doubt:
             least = f"the reference is uncertain by {percent(advice.doubt)} of its own range for"
             worst = names[int(doubts[-len(names) :].argmax())]
