@@ -1,5 +1,6 @@
 """Models for the tests of `mm.advise`."""
 
+import math
 import time
 
 import mujoco
@@ -27,6 +28,42 @@ PENDULUM = """
       <body pos="0 0 -.5">
         <joint name="two" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
       </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+WHIP = """
+<mujoco>
+  <option timestep="0.005"/>
+  <worldbody>
+    <body>
+      <joint name="one" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
+      <body pos="0 0 -.5">
+        <joint name="two" axis="0 1 0" stiffness="0.15"/>
+        <geom type="capsule" fromto="0 0 0 0 0 -.05" size=".01"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+LEVITRON = f"""
+<mujoco>
+  <option timestep="0.001"/>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    {
+    "".join(
+        f'<site pos="{0.05 * math.cos(math.pi * k / 6)} {0.05 * math.sin(math.pi * k / 6)} 0"'
+        ' user="16.866"/>'
+        for k in range(12)
+    )
+}
+    <body pos="0 0 0.088">
+      <freejoint name="top"/>
+      <inertial pos="0 0 0" mass="0.02" diaginertia="1.3e-6 1.3e-6 2.2e-6"/>
+      <site zaxis="0 0 -1" user="0.5"/>
     </body>
   </worldbody>
 </mujoco>

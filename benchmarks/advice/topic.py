@@ -97,7 +97,9 @@ def measure(name: str) -> Record:
         data.ctrl[:] = data.qpos[model.jnt_qposadr[model.actuator_trnid[:, 0]]]
     data.qvel += SPEED * np.random.default_rng(0).standard_normal(model.nv)
     with mm.magnetism() if source.magnetic else nullcontext():
-        advice = mm.advise(model, data, error=ERROR, duration=DURATION, budget=BUDGET)
+        advice = mm.advise(
+            model, data, error=ERROR, duration=DURATION, budget=BUDGET, every_element=False
+        )
     record: Record = {
         "dof": model.nv, "horizon": advice.horizon, "duration": advice.duration,
         "reason": advice.reason,

@@ -1,11 +1,13 @@
 """Ask for advice on the models of public packages: does the error that it promises hold?
 
     PYTHONPATH=tests python -m corpus.advice FOLDER [--seed SEED] [--models N] [--workers WORKERS]
+        [--whole]
 
 The program takes N of the distinct models, a quarter of them with magnets, and starts each from its
 first keyframe with random velocities. What it asks of `mm.advise` is also random: error, duration
 and quantity. Then plain steps of MuJoCo judge the promise: by the same integrator at a tenth of the
-timestep, and by another integrator where that proves itself by halvings. The program prints a line
+timestep, and by another integrator where that proves itself by halvings. A promise is about each
+element over its own range, or, with --whole, about all of them together. The program prints a line
 for each model, and tables of promises by what was asked. Its exit code is 1 if fewer than 95 % of
 the promises hold by both judges, or if a process does not return.
 """
@@ -99,8 +101,8 @@ class Findings:
         return self.asked is not None and self.horizon >= WHOLE * self.asked.duration
 
 
-def examine(path: Path, seed: int) -> Findings:
-    """Ask for advice on the model of a file, and judge it."""
+def examine(path: Path, seed: int, *, whole: bool) -> Findings:
+    """Ask for advice on the model of a file, and judge it; each element, or only the whole."""
     try:
         spec, model = models.opened(path)
     except models.Skipped as reason:
@@ -116,7 +118,7 @@ def examine(path: Path, seed: int) -> Findings:
         with contextlib.redirect_stdout(said):
             advice = mm.advise(
                 model, data, quantity=asked.quantity, duration=asked.duration, error=asked.error,
-                budget=BUDGET,
+                budget=BUDGET, every_element=not whole,
             )  # fmt: skip
     except ValueError as error:
         found.reason = " ".join(str(error).split())
@@ -130,8 +132,8 @@ def examine(path: Path, seed: int) -> Findings:
     for name, value in advice.settings.items():
         setattr(model.opt, name, value)
     found.judgment = judge(
-        model, data, quantity_of(model, asked.quantity), advice.integrator, advice.timestep,
-        advice.horizon, advice.promised,
+        model, data, quantity_of(model, asked.quantity, whole=whole), advice.integrator,
+        advice.timestep, advice.horizon, advice.promised,
     )  # fmt: skip
     return found
 
@@ -222,6 +224,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the models and what is asked")
     parser.add_argument("--models", type=int, default=100)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--whole", action="store_true", help="errors of elements do not count")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     with mm.magnetism():  # loads the compiled code before the forks
@@ -231,7 +234,7 @@ def main() -> int:
     chosen = [files[k] for k in np.random.default_rng(options.seed).permutation(len(files))]
     found: dict[str, Findings] = {}
     failures = 0
-    check = partial(examine, seed=options.seed)
+    check = partial(examine, seed=options.seed, whole=options.whole)
     for each in examine_all(chosen, check, failed, options.workers):
         if each.reason.startswith("FAILED"):
             failures += 1

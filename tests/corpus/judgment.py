@@ -25,6 +25,13 @@ OTHERS = "RK4", "implicitfast", "Euler"
 Observe = Callable[[mujoco.MjModel, mujoco.MjData], np.ndarray]
 
 
+STILL = 1e-3
+"""Elements that move by less than this part of what moves most do not count."""
+
+Part = tuple[slice, float]
+"""Numbers of one element, and the unit of its motion."""
+
+
 @dataclass(frozen=True)
 class Quantity:
     """What a promise refers to."""
@@ -34,9 +41,13 @@ class Quantity:
     energies: bool = False
     """Whether they are the total and the kinetic energy; the scale is the range of the total or
     the largest kinetic energy."""
+    size: int | None = None
+    """How many numbers count as a whole; further ones belong to elements only."""
+    parts: tuple[Part, ...] = ()
+    """Elements that count over their own ranges, too."""
 
     def distance(self, own: np.ndarray, truth: np.ndarray) -> float:
-        """Largest distance of two paths over the range of the second one; NaN without a truth."""
+        """Largest distance of two paths over ranges of the second one; NaN without a truth."""
         if not np.isfinite(truth).all():
             return np.nan
         if not np.isfinite(own).all():
@@ -44,7 +55,15 @@ class Quantity:
         apart, ranges = own - truth, np.ptp(truth, axis=0)
         if self.energies:
             return float(np.abs(apart[:, 0]).max() / max(ranges[0], truth[:, 1].max()))
-        return float(np.linalg.norm(apart, axis=1).max() / np.linalg.norm(ranges))
+        sizes = [float(np.linalg.norm(ranges[part])) for part, _ in self.parts]
+        moved = [size / unit for size, (_, unit) in zip(sizes, self.parts, strict=True)]
+        judged = [(slice(self.size), float(np.linalg.norm(ranges[: self.size])))]
+        for size, move, (part, _) in zip(sizes, moved, self.parts, strict=True):
+            if move > STILL * max(moved):
+                judged.append((part, size))
+        return max(
+            float(np.linalg.norm(apart[:, part], axis=1).max()) / size for part, size in judged
+        )
 
 
 @dataclass
@@ -132,11 +151,14 @@ def along(
     return np.array(rows)
 
 
-def quantity_of(model: mujoco.MjModel, name: str) -> Quantity:
-    """What `mm.advise` calls "positions", "energy", "body NAME" or "site NAME"."""
+def quantity_of(model: mujoco.MjModel, name: str, *, whole: bool = True) -> Quantity:
+    """What `mm.advise` calls "positions", "energy", "body NAME" or "site NAME".
+
+    Unless only the `whole` counts, each element does, too.
+    """
     kind, _, element = name.partition(" ")
     if kind == "positions":
-        return Quantity(matter(model))
+        return Quantity(matter(model)) if whole else with_joints(model)
     if kind == "energy":
         return Quantity(energies, energies=True)
 
@@ -146,7 +168,36 @@ def quantity_of(model: mujoco.MjModel, name: str) -> Quantity:
             return data.xipos[model.body(element).id].copy()
         return data.site_xpos[model.site(element).id].copy()
 
-    return Quantity(place)
+    if whole:
+        return Quantity(place)
+    return Quantity(place, parts=tuple((slice(k, k + 1), 1.0) for k in range(3)))
+
+
+def with_joints(model: mujoco.MjModel) -> Quantity:
+    """All matter, and as elements the positions of joints, and axes of those that turn freely."""
+    points, size = matter(model), 12 * int(movable(model).sum())
+    length = model.stat.meansize
+    units, turning = [], []
+    for kind, first in zip(model.jnt_type.tolist(), model.jnt_qposadr.tolist(), strict=True):
+        hinge, slide, free = 3, 2, 0
+        turning += [first + 3 * (kind == free)] * (kind not in (hinge, slide))
+        lengths = {hinge: [(first, 1.0)], slide: [(first, length)]}
+        lengths[free] = [(first + k, length) for k in range(3)]
+        units += lengths.get(kind, [])
+
+    def observe(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+        frames = []
+        for first in turning:
+            w, *v = data.qpos[first : first + 4] / np.linalg.norm(data.qpos[first : first + 4])
+            cross = np.cross(np.eye(3), v)
+            frames.append((np.eye(3) - 2 * w * cross + 2 * cross @ cross).ravel())
+        plain = data.qpos[[place for place, _ in units]]
+        return np.concatenate([points(model, data), plain, *frames])
+
+    ends = size + len(units)
+    parts = [(slice(size + k, size + k + 1), unit) for k, (_, unit) in enumerate(units)]
+    parts += [(slice(ends + 3 * k, ends + 3 * k + 3), 1.0) for k in range(3 * len(turning))]
+    return Quantity(observe, size=size, parts=tuple(parts))
 
 
 def matter(model: mujoco.MjModel) -> Observe:

@@ -249,9 +249,9 @@ def _sampled(kind: str) -> xr.Dataset:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         thermostat = mm.Langevin(fresh, 0.5, friction=1.0, disable=disable)
-    made = mujoco.MjData(fresh)
-    made.qfrc_applied[:] = 0.1
-    return thermostat.sample(100, replicas=2, every=5, initial=made)
+        made = mujoco.MjData(fresh)
+        made.qfrc_applied[:] = 0.1
+        return thermostat.sample(100, replicas=2, every=5, initial=made)
 
 
 def sampled(kind: str) -> xr.Dataset:

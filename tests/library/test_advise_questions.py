@@ -6,13 +6,19 @@ import warnings
 
 import mujoco
 import pytest
-from advised_models import AMPLITUDE, BALL, OSCILLATOR, PENDULUM, TRAP, started
+from advised_models import AMPLITUDE, BALL, OSCILLATOR, PENDULUM, TRAP, Clock, started
 
 import magmotor as mm
 from magmotor.advice import survey
 from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import quiet
 from magmotor.advice.survey import Survey
+
+
+@pytest.fixture(autouse=True)
+def clock(monkeypatch):
+    """Budgets count steps instead of time, so that no load of the machine changes an answer."""
+    return Clock(monkeypatch, step=1e-5)
 
 
 def test_a_temperature_and_noise_exclude_each_other():

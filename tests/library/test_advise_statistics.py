@@ -17,7 +17,8 @@ BATH = OSCILLATOR.replace('stiffness="100"', 'stiffness="20" damping="1"')
 BATH = BATH.replace('"0.004"', '"0.05"')
 
 
-def test_chaos_limits_the_horizon_and_gives_statistics(capsys):
+def test_chaos_limits_the_horizon_and_gives_statistics(capsys, monkeypatch):
+    Clock(monkeypatch, step=2e-5)
     coarse = PENDULUM.replace('"0.005"', '"0.02"')
     advice = mm.advise(*started(coarse, [2.5, 1.0]), duration=20.0, budget=15)
     assert advice.growth is not None
@@ -32,7 +33,8 @@ def test_chaos_limits_the_horizon_and_gives_statistics(capsys):
     assert "chaotic" in capsys.readouterr().out
 
 
-def test_runs_of_a_model_with_noise_follow_one_brownian_path():
+def test_runs_of_a_model_with_noise_follow_one_brownian_path(monkeypatch):
+    Clock(monkeypatch, step=2e-5)
     with mm.magnetism():
         advice = mm.advise(*started(TRAP), quantity="joint slide", duration=5.0, budget=15)
         assert advice.integrator is not None

@@ -227,7 +227,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.check: {"model": MODEL},
     mm.advise: {
         "model": PENDULUM, "data": TOSSED, "quantity": "energy", "duration": 0.2, "error": 0.1,
-        "budget": 1.0, "detail": True, "kT": 1.0, "picture": "advice.png",
+        "every_element": True, "budget": 1.0, "detail": True, "kT": 1.0, "picture": "advice.png",
     },
     mm.magnet: {"shape": "sphere", "size": 0.01, "remanence": 1.2, "direction": (0, 0, 1)},
     mm.Magnet: {"shape": "cylinder", "size": (0.01, 0.02), "remanence": 1.2, "density": 7e3},

@@ -6,6 +6,7 @@ have fixed seeds.
 
 import copy
 import itertools
+import math
 import os
 import pickle
 import re
@@ -26,6 +27,7 @@ from magmotor import noise
 from magmotor.common.environment import data_folder
 from magmotor.mjcf.langevin import thermostat
 from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
+from magmotor.mjcf.langevin.relaxation import unsettled
 
 EVERY_DAMPER = TREE.replace('biasprm="1 0 -0.2"', 'biasprm="0 0 -0.2"').replace(
     "<option", '<option timestep="1e-7"'
@@ -369,10 +371,15 @@ def test_heat_and_work_add_up_to_the_kinetic_energy(splitting):
     assert exchanged["kT"] + exchanged["work"] == pytest.approx(change, abs=bound)
 
 
+BRIEF = pytest.mark.filterwarnings("ignore:.*the records still contain")
+"""Of runs whose bits count, not their statistics."""
+
+
 def end(data: mujoco.MjData) -> np.ndarray:
     return np.concatenate([[data.time], data.qpos, data.qvel])
 
 
+@BRIEF
 @pytest.mark.parametrize("splitting", ["baoab", "obabo", "o-step-o"])
 def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypatch):
     model = mujoco.MjModel.from_xml_string(SOFT["connect"])
@@ -411,6 +418,7 @@ def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypat
         assert abs(one - other).max() > 1e-3
 
 
+@BRIEF
 def test_records_add_up_heat_and_work():
     model = mujoco.MjModel.from_xml_string(SOFT["limit"])
     langevin = mm.Langevin(model, kT=0.5, disable=CONTACT)
@@ -696,6 +704,7 @@ def test_what_is_stepped_is_what_was_read():
         langevin.step(mujoco.MjData(model))
 
 
+@BRIEF
 @pytest.mark.parametrize("call", ["sample", "rollout"])
 def test_ctrl_c_ends_all_threads(call):
     """Also if there is no record for a long time; measured: 0.1 s after it, instead of minutes.
@@ -820,6 +829,101 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref, mo
         times.append(data.time)
     assert times[0] == times[1]
     assert abs(data.qpos[0]) < 1  # 0.06: it is the stiffness that was noticed, not an overflow
+
+
+@pytest.mark.parametrize(("product", "stable"), [(1.9, True), (2.1, False)])
+def test_a_limit_of_angular_frequency_two_over_h_is_too_stiff(product, stable):
+    """MuJoCo's limit of impedance 1/2 and stiffness k on a unit mass has omega^2 = 2 k."""
+    stiffness = (product / 0.02) ** 2 / 2
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option timestep="0.02" gravity="0 0 0"><flag refsafe="disable"/></option>'
+        '<worldbody><body><joint type="slide" range="-1 0" damping="0.5" solimplimit="0.5 0.5 1"'
+        f' solreflimit="-{stiffness} -1"/><geom size="0.1" mass="1"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = 0.01, 2.0  # it stays beyond the limit for a step
+    langevin = mm.Langevin(model, kT=1e-6)
+    limit = 0.02 * 2 / product
+    assert langevin.largest_timestep(data) == pytest.approx(limit, rel=1e-3)
+    if stable:
+        langevin.step(data, 1)
+    else:
+        with pytest.raises(FloatingPointError, match="the timestep is too long"):
+            langevin.step(data, 1)
+
+
+COLD = """
+<mujoco>
+  <option gravity="0 0 0" timestep="0.005"/>
+  <worldbody>
+    <body>
+      <joint name="free" type="free" damping="2e-6"/>
+      <inertial pos="0 0 0" mass="0.05" diaginertia="1e-6 2.5e-6 3.2e-6"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_records_that_remember_their_start_are_warned_of():
+    """Translation relaxes at 4e-5 per s, so that only rotation is warm after 40 s.
+
+    Of 32 replicas; the seed is fixed, and 5 standard errors are 0.08 (one in 2e6 seeds).
+    """
+    langevin = mm.Langevin(mujoco.MjModel.from_xml_string(COLD), kT=1e-3, seed=5)
+    message = r"^joint 'free': .* 100 % .* at 4e-05 per s: settle for 1\.2e\+07 steps"
+    with pytest.warns(UserWarning, match=message):
+        run = langevin.sample(4000, replicas=32, every=10, settle=4000)
+    found = mm.observables.kinetic_temperature(langevin.model, run)
+    assert abs(float(found.total) / 1e-3 - 0.501) < 5 * float(found.total_error) / 1e-3
+    assert float(found.total_error) < 0.016e-3
+
+
+def test_friction_too_strong_for_part_o_warms_after_the_steps_it_is_said_to_take():
+    """By v' = -v (1 - 4/x), with x = 2000 the friction rate times the timestep.
+
+    Of 400 replicas; 5 standard errors are a quarter (one in 2e6 seeds).
+    """
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option gravity="0 0 0"/><worldbody><body>'
+        '<joint name="j" type="slide" damping="1e6"/><geom size="0.1" mass="1"/></body>'
+        "</worldbody></mujoco>"
+    )
+    langevin = mm.Langevin(model, kT=1.0, seed=1)
+    with pytest.warns(UserWarning, match="69 % .* at 1e\\+06 per s, too strongly") as caught:
+        run = langevin.sample(200, replicas=400)
+    cold = 1 - (1 - math.exp(-0.8)) / 0.8
+    assert float((run.qvel**2).mean()) == pytest.approx(cold, rel=0.35)  # 0.31
+    steps = float(re.findall(r"settle for (\S+) steps", str(caught[0].message))[0])
+    assert steps == pytest.approx(math.log(100) / 0.004, rel=0.05)
+    run = langevin.sample(1, replicas=400, settle=int(steps))
+    assert float((run.qvel**2).mean()) == pytest.approx(1.0, rel=0.35)
+
+
+@pytest.mark.parametrize(("gravity", "said"), [
+    ("0 0 -9.81", []), ("0 0 0", ["joint 'two': .* nothing damps it there: give a rate"]),
+])  # fmt: skip
+def test_forces_that_couple_what_is_not_damped_let_it_relax(gravity, said):
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <option gravity="{gravity}"><flag contact="disable"/></option>
+      <worldbody>
+        <body>
+          <joint axis="0 1 0" damping="1"/><geom type="capsule" fromto="0 0 0 0 0 -1" size=".05"/>
+          <body pos="0 0 -1">
+            <joint name="two" axis="0 1 0"/>
+            <geom type="capsule" fromto="0 0 0 0 0 -1" size=".05"/>
+          </body>
+        </body>
+      </worldbody>
+    </mujoco>""")
+    langevin = mm.Langevin(model, kT=1.0)
+    found = unsettled(
+        model, mujoco.MjData(model), langevin._friction, langevin._scheme, langevin.forces,
+        0, 200_000,
+    )  # fmt: skip
+    for sentence, wanted in zip(found, said, strict=True):
+        assert re.match(wanted, sentence)
 
 
 def test_the_model_of_the_user_stays_as_it_is():

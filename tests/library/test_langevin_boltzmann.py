@@ -266,6 +266,11 @@ def kinetic_energy(model, data):
 # Noise
 
 
+BRIEF = pytest.mark.filterwarnings("ignore:.*the records still contain")
+"""Of runs whose bits count, not their statistics."""
+
+
+@BRIEF
 def test_the_same_bits():
     """However steps are divided, however many replicas and threads there are."""
     tree = TREES["six links in 3-D"]
@@ -289,6 +294,7 @@ def test_the_same_bits():
     assert (data.qvel == whole.qvel.values[0, -1]).all()
 
 
+@BRIEF
 def test_the_same_bits_of_heat_and_work():
     """However long `sample` lets the compiled loop run."""
     model = TREES["six links in 3-D"].model(0.01)

@@ -69,6 +69,21 @@ def test_a_run_warns_once_of_magnets_that_fly_apart(distance, geom, integrator):
         assert "mm.check(model) proposes" in message
 
 
+@pytest.mark.parametrize(("later", "said"), [(1.0, 1), (3.0, 0)])
+def test_a_velocity_is_compared_one_step_later_only(later, said):
+    """What a user sets after several steps' time is no jump."""
+    model = balls(0.012, 'contype="0" conaffinity="0"')
+    data = mujoco.MjData(model)
+    with mm.magnetism(), warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mujoco.mj_forward(model, data)
+        data.time = later * model.opt.timestep
+        data.qpos[2], data.qvel[:] = -1.0, 0.0
+        data.qvel[[2, 8]] = -100.0
+        mujoco.mj_forward(model, data)
+    assert len(caught) == said
+
+
 def test_the_plugin_warns_once_until_other_data_are_made():
     models = [balls(0.021, plugin=True) for _ in range(2)]
     for model in (*models, models[1]):

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 import pytest
+from advised_models import Clock
 from PIL import Image
 
 import magmotor as mm
@@ -92,6 +93,13 @@ def run(tmp_path, monkeypatch, capsys):
     return run
 
 
+@pytest.fixture
+def clock(monkeypatch):
+    """Budgets count steps instead of time, so that no load of the machine changes an answer."""
+    return Clock(monkeypatch, step=1e-4)
+
+
+@pytest.mark.usefixtures("clock")
 def test_advice_is_printed_and_drawn(run, tmp_path):
     code, out, _ = run("advise", "pendulum.xml", "--keyframe", "up", "--budget", "5")
     assert code == 0
@@ -183,6 +191,7 @@ def test_without_an_answer_the_findings_of_check_are_printed(run, asked):
     assert len(asked) == 2
 
 
+@pytest.mark.usefixtures("clock")
 @pytest.mark.parametrize("option", ["--velocity 0.5", "--control 1", "--keyframe up"])
 def test_what_is_at_rest_says_which_options_move_it(run, option):
     code, _, err = run("advise", "pendulum.xml", "--budget", "2")
@@ -191,9 +200,12 @@ def test_what_is_at_rest_says_which_options_move_it(run, option):
     assert run("advise", "pendulum.xml", "--budget", "2", *option.split())[0] == 0
 
 
+@pytest.mark.usefixtures("clock")
 def test_where_integrators_fail_along_the_path_is_printed(run):
     """Of an undamped oscillator of 20 rad/s: RK4 is stable up to 0.141 s, Euler's phase lags."""
-    _, out, _ = run("advise", "oscillator.xml", "--velocity", "1", "--duration", "20")
+    _, out, _ = run(
+        "advise", "oscillator.xml", "--velocity", "1", "--duration", "20", "--budget", "20"
+    )
     head, *rows = out.splitlines()[2:8]
     cells = {row.split()[0]: row[head.index("fails from") : head.index("stable")] for row in rows}
     assert cells["RK4"].startswith("0.16 s (diverges after ")
@@ -207,6 +219,7 @@ def test_the_shortest_timestep_that_fails_counts():
     assert fails_from(points[:1]) is None
 
 
+@pytest.mark.usefixtures("clock")
 def test_details_are_printed(run):
     arguments = ["--keyframe", "up", "--budget", "5", "--detail", "--picture", "other.png"]
     _, out, _ = run("advise", "pendulum.xml", *arguments)
@@ -218,6 +231,7 @@ def test_splittings_are_compared_at_a_temperature(run):
     assert (code, "baoab" in out, "wrote" in out) == (0, True, False)
 
 
+@pytest.mark.usefixtures("clock")
 def test_no_recommendation_is_exit_code_1(run):
     code, out, _ = run("advise", "pendulum.xml", "--keyframe", "up", "--budget", "1", "--error",
                        "1e-8", "--duration", "200")  # fmt: skip

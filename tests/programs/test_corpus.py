@@ -189,6 +189,29 @@ def test_both_judges_find_the_error_of_an_oscillator(integrator, other, own, oth
     assert np.ptp(energies[:, 1]) == pytest.approx(0.5, abs=1e-3)  # 4.2e-5
 
 
+def test_the_judges_see_the_worst_element():
+    """A free body turns by a right angle about z while x errs by half of its range, 0.02.
+
+    y moves by less than a thousandth of the rest, and does not count.
+    """
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>"
+    )
+    data, judged = mujoco.MjData(model), quantity_of(model, "positions", whole=False)
+    rows = []
+    for x, y, angle in ((0.0, 0.0, 0.0), (0.02, 1e-7, np.pi / 2), (0.01, 2e-7, np.pi / 2)):
+        data.qpos[:2] = x, y
+        mujoco.mju_axisAngle2Quat(data.qpos[3:7], [0.0, 0.0, 1.0], angle)
+        rows.append(judged.observe(model, data))
+    truth, own = np.array([rows[0], rows[1]]), np.array([rows[0], rows[2]])
+    assert judged.distance(own, truth) == pytest.approx(0.5, rel=1e-12)
+    x, axis = judged.parts[0][0], judged.parts[3][0]
+    assert rows[1][x] == pytest.approx(0.02)
+    assert rows[1][axis] == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)  # of the body, in the world
+    alone = quantity_of(model, "positions").distance(own[:, : judged.size], truth[:, : judged.size])
+    assert alone < 0.2  # 0.1
+
+
 def test_the_other_judge_counts_as_far_as_it_is_certain():
     assert Judgment(own=0.009).holds(0.01)
     assert not Judgment(own=0.011).holds(0.01)

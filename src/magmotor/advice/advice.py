@@ -24,7 +24,12 @@ class Advice:
     quantity : str
         What the errors refer to.
     error : float
-        The error asked for, relative to the range of the quantity.
+        The error asked for, relative to ranges.
+    every_element : bool
+        Whether that of each element over its own range counts, or only that of the whole.
+    ranges : dict of str to float
+        Range of each element, or of the quantity if it has only one; infinite if it is at rest
+        beside the others, and not judged.
     duration : float
         Duration of the paths in s.
     integrator : str or None
@@ -68,6 +73,8 @@ class Advice:
     quantity: str
     error: float
     duration: float
+    every_element: bool = True
+    ranges: dict[str, float] = field(default_factory=dict)
     integrator: str | None = None
     timestep: float = math.nan
     promised: float = math.inf

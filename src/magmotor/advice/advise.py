@@ -35,6 +35,7 @@ def advise(
     quantity: str | Function = POSITIONS,
     duration: Annotated[float, number(above=0)] | None = None,
     error: Annotated[float, fraction(at_least=1e-8, below=0.5)] = 0.01,
+    every_element: bool = True,
     budget: Annotated[float, number(at_least=1)] = 60.0,
     detail: bool = False,
     kT: Annotated[float, number(above=0)] | None = None,
@@ -43,8 +44,9 @@ def advise(
     """Measure which integrator and timestep of MuJoCo reach an error of a model at the least cost.
 
     The model runs from one state with every integrator, at the model's timestep and at longer and
-    shorter ones. Errors are those of a quantity along the path, relative to its range, against a
-    reference that proves itself by halving its timestep. Costs are measured in interleaved rounds.
+    shorter ones. Errors are those of a quantity along the path, of the whole and of each element
+    over its own range, against a reference that proves itself by halving its timestep. Costs are
+    measured in interleaved rounds.
     Magnetism acts if the model has the plugin, or inside a block of `magnetism`.
 
     Parameters
@@ -65,6 +67,11 @@ def advise(
     error : float
         Admissible error, relative to the range of the quantity or, of the energy, to the largest
         kinetic energy if that is larger.
+    every_element : bool
+        Whether the error of each element must be admissible, relative to its own range, or only
+        that of the whole. The elements of "positions" are the angle or coordinate of each joint,
+        and x, y, z and the three axes of what moves or turns freely; those of other quantities are
+        their components. Both errors are reported.
     budget : float
         Wall time in s that the measurement may take, approximately.
     detail : bool
@@ -90,6 +97,11 @@ def advise(
 
     Notes
     -----
+    A range is the largest minus the smallest value along the path, or, of several components, the
+    diagonal of the box that contains the path. It depends on the duration: what did not come back
+    within it is named. An element that moves by less than a thousandth of what moves most, in rad
+    or in mean sizes of the bodies, is not judged, and is named, too.
+
     The reference is the path of RK4 or of implicitfast that its halved timestep changes least, or
     an extrapolation to timestep 0. Contacts may leave it uncertain, which limits the error that can
     be promised. Where a perturbation grows a thousandfold, the motion is chaotic: errors along the
@@ -117,7 +129,7 @@ def advise(
         style.check_matplotlib()
     advice = survey(
         model, data, quantity=quantity, duration=duration, error=error, budget=budget,
-        detail=detail, kT=kT,
+        detail=detail, kT=kT, every_element=every_element,
     )  # fmt: skip
     print(advice)
     if picture is not None and advice.points:
@@ -128,13 +140,13 @@ def advise(
 def survey(
     model: mujoco.MjModel, data: mujoco.MjData | None, *, quantity: str | Function, error: float,
     budget: float, duration: float | None = None, detail: bool = False, kT: float | None = None,
-    among: Collection[str] = (*INTEGRATORS,), tune: bool = True,
+    among: Collection[str] = (*INTEGRATORS,), tune: bool = True, every_element: bool = True,
 ) -> Advice:  # fmt: skip
     """Return what `advise` prints; only some integrators may be recommended.
 
     Parameters
     ----------
-    model, data, quantity, error, budget, duration, detail, kT
+    model, data, quantity, error, budget, duration, detail, kT, every_element
         As for `advise`.
     among : collection of str
         Integrators that may be recommended; all of them are measured.
@@ -157,10 +169,10 @@ def survey(
         bound = f"must be at most {MOST * runs.timestep:g} s, {MOST} timesteps of the model"
         raise reject("duration", duration, bound)
     read = read_quantity(runs.model, runs.workspace(), quantity)
-    advice = Advice(read.name, error, duration)
+    advice = Advice(read.name, error, duration, every_element)
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
         show = partial(_show, bar, time.perf_counter())
-        measurement = Measurement(runs, read, duration)
+        measurement = Measurement(runs, read, duration, every_element=every_element)
         if kT is not None:
             study = Thermal(runs, read, kT, duration, advice, budget=budget, show=show)
         else:

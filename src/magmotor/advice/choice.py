@@ -10,6 +10,7 @@ from magmotor.advice.measure import TRUSTED, Measurement
 from magmotor.advice.paths import INTEGRATORS, OutOfTime
 from magmotor.advice.points import MARGIN, Point
 from magmotor.advice.report import percent
+from magmotor.common.arrays import Array
 
 
 class Choice:
@@ -34,7 +35,7 @@ class Choice:
         self._rejected: list[Point] = []
         self._checked = False
 
-    def check(self, truth: Samples, until: int, scale: float) -> None:
+    def check(self, truth: Samples, until: int, ranges: Array) -> None:
         """Recommend the cheapest point for which the constraint solver converges enough.
 
         The promise includes what a solver that converges would change.
@@ -44,12 +45,12 @@ class Choice:
         truth : Samples
         until : int
             Only the path up to this tick counts.
-        scale : float
-            Errors are relative to this.
+        ranges : ndarray, shape (1 + elements,)
+            Errors are relative to these.
         """
         good = self._good()
         try:
-            found = any(self._converges(point, truth, until, scale) for point in good)
+            found = any(self._converges(point, truth, until, ranges) for point in good)
         except OutOfTime:
             self._advice.notes += ("the budget was too small to check the solver's settings",)
         else:
@@ -58,7 +59,7 @@ class Choice:
                 self._advice.reason = sentence
         self._checked = True
 
-    def _converges(self, point: Point, truth: Samples, until: int, scale: float) -> bool:
+    def _converges(self, point: Point, truth: Samples, until: int, ranges: Array) -> bool:
         """Recommend a point if the constraint solver converges enough, with some settings."""
         m = self._measurement
         *ladder, tightest = m.runs.tighter()
@@ -67,8 +68,8 @@ class Choice:
             own = m.settled(point, settings)
             if own is None or converged is None:
                 continue
-            error = max(point.error, float(own.apart(truth, until).max()) / scale)
-            unsolved = float(own.apart(converged, until).max()) / scale
+            error = max(point.error, m.error(own.apart(truth, until), ranges))
+            unsolved = m.error(own.apart(converged, until), ranges)
             promised = self._promise(replace(point, error=error), unsolved)
             if promised <= self._advice.error:
                 self._recommend(point, promised, settings)

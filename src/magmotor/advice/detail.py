@@ -12,7 +12,7 @@ import numpy as np
 from magmotor.advice.errors import Samples
 from magmotor.advice.features import Feature, Numbers, Seen, dipoles, features, switch_off, weakest
 from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
-from magmotor.advice.quantities import Quantity
+from magmotor.advice.quantities import Quantity, relative
 from magmotor.common.arrays import Array
 
 RECORDS = 512
@@ -54,7 +54,7 @@ class Detail:
 
 def measure_detail(
     runs: Runs, quantity: Quantity, integrator: str, timestep: float, duration: float,
-    error: float, scale: float, until: float,
+    error: float, ranges: Array | float, until: float,
 ) -> tuple[Detail, ...]:  # fmt: skip
     """Switch the features of a model off one by one, and then all that can go together.
 
@@ -69,8 +69,10 @@ def measure_detail(
     integrator : str
     timestep, duration : float
         In s.
-    error, scale : float
-        Admissible change, and what changes are relative to.
+    error : float
+        Admissible change.
+    ranges : float or ndarray
+        What changes are relative to: those of the whole, and then those of elements.
     until : float
         Value of `time.perf_counter` after which no run is started or continued.
 
@@ -82,7 +84,7 @@ def measure_detail(
     """
     began = time.perf_counter()
     left = until - began
-    variants = _Variants(runs, quantity, integrator, timestep, duration, scale)
+    variants = _Variants(runs, quantity, integrator, timestep, duration, ranges)
     changes: dict[Feature, float] = {}
     saved: dict[Feature, float] = {}
     able: list[Feature] = []
@@ -129,13 +131,13 @@ class _Variants:
 
     def __init__(
         self, runs: Runs, quantity: Quantity, integrator: str, timestep: float, duration: float,
-        scale: float,
+        ranges: Array | float,
     ):  # fmt: skip
         runs.prepare(runs.integrator, runs.timestep)
         self._own, self._work = runs.model, Runs(runs.model)
         self._start = _unforced(self._work, runs.start)
         self._workspace = mujoco.MjData(self._own)
-        self._quantity, self._scale = quantity, scale
+        self._quantity, self._ranges = quantity, ranges
         self._method = integrator, timestep
         self._steps = max(1, round(duration / timestep))
         self._whole: Samples | None = None
@@ -174,7 +176,7 @@ class _Variants:
         samples = self._path(off, until)
         if samples is None or self._whole is None:
             return math.inf
-        return float(samples.apart(self._whole).max()) / self._scale
+        return relative(self._quantity.distances(samples.apart(self._whole)), self._ranges)
 
     def savings(self, variants: Sequence[Sequence[Feature]], until: float) -> tuple[Array, float]:
         """Return the parts of the time that variants save, and what counts as noise.

@@ -1,7 +1,7 @@
 """Errors of paths against a reference that proves itself by halving its timestep."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -27,11 +27,11 @@ class Samples(NamedTuple):
     """Shape (records, n)."""
 
     def apart(self, other: "Samples", until: float = math.inf) -> Array:
-        """Return the distances (records,) of two paths at their common times, until a tick."""
+        """Return the differences (records, n) of two paths at common times, until a tick."""
         common = math.lcm(self.ticks, other.ticks)
         one, two = self.values[:: common // self.ticks], other.values[:: common // other.ticks]
         count = int(min(len(one), len(two), until // common + 1))
-        return np.linalg.norm(one[:count] - two[:count], axis=1)
+        return one[:count] - two[:count]
 
     def thinned(self, ticks: int) -> Array:
         """Return the values after every so many ticks, a multiple of its own."""
@@ -44,10 +44,18 @@ class Reference(NamedTuple):
     name: str
     path: Samples
     doubt: Array
-    """Largest distance up to each record, shape (records,), from a less accurate path."""
+    """Largest distances up to each record, shape (records, k), from a less accurate path."""
 
 
-def reference(paths: Mapping[str, Sequence[tuple[float, Samples]]]) -> Reference:
+def whole(apart: Array) -> Array:
+    """Return the sizes (records, 1) of differences (records, n)."""
+    return np.linalg.norm(apart, axis=1)[:, np.newaxis]
+
+
+def reference(
+    paths: Mapping[str, Sequence[tuple[float, Samples]]],
+    distances: Callable[[Array], Array] = whole,
+) -> Reference:
     """Return the most trustworthy path of a quantity.
 
     Each integrator offers its finest path, and extrapolations of its finest two paths to timestep
@@ -61,23 +69,30 @@ def reference(paths: Mapping[str, Sequence[tuple[float, Samples]]]) -> Reference
     paths : mapping
         For each integrator, at least two paths, and their timesteps, which halve from one to the
         next.
+    distances : callable
+        Returns the sizes (records, k) of differences (records, n), as a whole and of elements.
     """
     best = sorted(
-        (min(_offers(name, own), key=_usual_doubt) for name, own in paths.items()),
+        (min(_offers(name, own, distances), key=_usual_doubt) for name, own in paths.items()),
         key=_usual_doubt,
     )
     first = best[0]
     for other in best[1:2]:
         common = math.lcm(first.path.ticks, other.path.ticks)
-        apart = first.path.apart(other.path)
+        apart = distances(first.path.apart(other.path))
         beyond = apart - OTHERS * other.doubt[:: common // other.path.ticks][: len(apart)]
-        so_far = np.repeat(np.maximum.accumulate(beyond), common // first.path.ticks)
-        so_far = np.pad(so_far, (0, max(0, len(first.doubt) - len(so_far))), "edge")
+        so_far = np.repeat(np.maximum.accumulate(beyond), common // first.path.ticks, axis=0)
+        missing = max(0, len(first.doubt) - len(so_far))
+        so_far = np.pad(so_far, ((0, missing), (0, 0)), "edge")
         first = first._replace(doubt=np.maximum(first.doubt, so_far[: len(first.doubt)]))
     return first
 
 
-def _offers(integrator: str, paths: Sequence[tuple[float, Samples]]) -> list[Reference]:
+def _offers(
+    integrator: str,
+    paths: Sequence[tuple[float, Samples]],
+    distances: Callable[[Array], Array],
+) -> list[Reference]:
     timestep = paths[-1][0]
     ticks = max(path.ticks for _, path in paths[-4:])
     rows = [path.thinned(ticks) for _, path in paths[-4:]]
@@ -90,25 +105,28 @@ def _offers(integrator: str, paths: Sequence[tuple[float, Samples]]) -> list[Ref
             name = f"{integrator} extrapolated from {timestep:.3g} s at order {order}"
             offers[name] = [fine + weight * (fine - coarse) for coarse, fine in pairwise(rows)]
     return [
-        Reference(name, Samples(ticks, values[-1]), _doubt(values))
+        Reference(name, Samples(ticks, values[-1]), _doubt(values, distances))
         for name, values in offers.items()
     ]
 
 
-def _doubt(values: Sequence[Array]) -> Array:
-    """Return the largest change so far (records,) by the last of several halvings.
+def _doubt(values: Sequence[Array], distances: Callable[[Array], Array]) -> Array:
+    """Return the largest changes so far (records, k) by the last of several halvings.
 
     Two paths may agree by accident. The change before that one counts half, as at order 1; where it
     is not known, the last one counts twice.
     """
-    changes = [np.linalg.norm(fine - coarse, axis=1) for coarse, fine in pairwise(values)]
+    changes = [distances(fine - coarse) for coarse, fine in pairwise(values)]
     last = changes[-1]
     worst = np.maximum(last, changes[-2] / 2) if len(changes) > 1 else 2 * last
     return np.maximum.accumulate(worst)
 
 
 def _usual_doubt(offer: Reference) -> float:
-    """Return the geometric mean of the doubt over time, since chaos makes all last ones alike."""
+    """Return the mean logarithm of the doubt over time and elements, in any units.
+
+    Chaos makes all last ones alike.
+    """
     return float(np.log(np.maximum(offer.doubt, LEAST)).mean())
 
 

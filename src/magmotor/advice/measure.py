@@ -9,7 +9,7 @@ import numpy as np
 from magmotor.advice.errors import Reference, Samples, reference
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Path, Runs
 from magmotor.advice.points import Point
-from magmotor.advice.quantities import KINETIC, Quantity, motion
+from magmotor.advice.quantities import KINETIC, Quantity, motion, over, relative
 from magmotor.advice.statistics import REPLICAS, Ensemble
 from magmotor.common.arrays import Array
 
@@ -57,6 +57,8 @@ class Measurement:
     quantity : Quantity
     duration : float
         In s.
+    every_element : bool
+        Whether the error of each element over its own range counts, too.
 
     Attributes
     ----------
@@ -70,8 +72,10 @@ class Measurement:
         Least change of the model's state along a path; see `motion`.
     """
 
-    def __init__(self, runs: Runs, quantity: Quantity, duration: float):
-        self.runs, self.quantity = runs, quantity
+    def __init__(
+        self, runs: Runs, quantity: Quantity, duration: float, *, every_element: bool = True
+    ):
+        self.runs, self.quantity, self._every_element = runs, quantity, every_element
         self.until = self.moved = math.inf
         self._workspace = runs.workspace()
         size = self.along(runs.recorded_start()[np.newaxis]).shape[1]
@@ -156,7 +160,7 @@ class Measurement:
             if path.diverged is not None:
                 return None
             seconds = min(seconds, path.seconds / timestep)
-            paths.append(self.along(states))
+            paths.append(self.along(states)[:, : self.quantity.size])
             kinetic.append(KINETIC.along(self.runs.model, self._workspace, states)[:, 0])
         return Ensemble(paths, kinetic, seconds)
 
@@ -167,7 +171,7 @@ class Measurement:
         start = self.runs.perturbed(perturbation, seed=0)
         _, states, ticks = self._run(*key, start)
         apart = Samples(ticks, self.along(states)).apart(self._samples[key])
-        largest = np.maximum.accumulate(apart)
+        largest = np.maximum.accumulate(self.quantity.distances(apart)[:, 0])
         early = largest[max(1, len(largest) // 20)]
         return float(largest[-1] / early) if early > 0.0 else math.inf
 
@@ -188,8 +192,16 @@ class Measurement:
         """Return the quantity (records, n) along recorded states."""
         return self.quantity.along(self.runs.model, self._workspace, states, self.until)
 
+    def counted(self, ranges: Array) -> Array:
+        """Return the ranges (k,) to which errors are relative that count."""
+        return ranges if self._every_element else ranges[:1]
+
+    def error(self, apart: Array, ranges: Array) -> float:
+        """Return the largest relative error that counts, of differences (records, n)."""
+        return relative(self.quantity.distances(apart), self.counted(ranges))
+
     def reference(self, error: float) -> Reference | None:
-        """Return a reference, for an error relative to the range of the quantity; None without."""
+        """Return a reference, for a relative error that counts; None without."""
         found: dict[str, list[tuple[float, Samples]]] = {}
         budget, proof = self.until - time.perf_counter(), PROVEN
         for integrator, share in JUDGES.items():
@@ -200,7 +212,7 @@ class Measurement:
             if len(chain) > 1:
                 found[integrator] = chain
                 proof = TRUSTED
-        return reference(found) if found else None
+        return reference(found, self.quantity.distances) if found else None
 
     def _halved(self, integrator: str, doubt: float, end: float) -> list[tuple[float, Samples]]:
         """Return paths at half timesteps until the doubt about the quantity is this small."""
@@ -217,8 +229,9 @@ class Measurement:
             else:
                 chain.append((path.timestep, samples))
             if len(chain) > 2:
-                last = reference({integrator: chain}).doubt[-1]
-                if last <= doubt * self.quantity.range(chain[-1][1].values):
+                last = reference({integrator: chain}, self.quantity.distances).doubt[-1:]
+                ranges = self.quantity.ranges(chain[-1][1].values)
+                if relative(last, self.counted(ranges)) <= doubt:
                     break
             predicted = 2 * self.duration * path.seconds / path.timestep
             if time.perf_counter() + predicted > end and len(chain) != 1:
@@ -226,7 +239,7 @@ class Measurement:
             factor /= 2
         return chain
 
-    def judge(self, truth: Samples, error: float, until: int, scale: float) -> None:
+    def judge(self, truth: Samples, error: float, until: int, ranges: Array) -> None:
         """Measure every integrator at useful timesteps, first the longer ones; fill `points`.
 
         Parameters
@@ -236,8 +249,8 @@ class Measurement:
             Relative error at which the search for shorter timesteps ends.
         until : int
             Only the path up to this tick counts.
-        scale : float
-            Errors are relative to this.
+        ranges : ndarray, shape (1 + elements,)
+            Errors are relative to these.
 
         Raises
         ------
@@ -246,12 +259,11 @@ class Measurement:
 
         def measured(integrator: str, factor: float) -> Point:
             samples = self.samples(integrator, factor)
-            path, worst = self.paths[integrator, factor], math.inf
-            if samples is not None:
-                error = float(samples.apart(truth, until).max()) / scale
-                worst = error if math.isfinite(error) else math.inf
+            path = self.paths[integrator, factor]
             seconds = path.seconds / path.timestep
-            point = Point(integrator, path.timestep, seconds, worst, path.diverged)
+            point = Point(integrator, path.timestep, seconds, math.inf, path.diverged)
+            if samples is not None:
+                self._fill(point, samples.apart(truth, until), ranges)
             self._points.setdefault(integrator, {})[factor] = point
             return point
 
@@ -276,6 +288,17 @@ class Measurement:
             if possible and good < max(found):
                 measured(integrator, 1.5 * good)
 
+    def _fill(self, point: Point, apart: Array, ranges: Array) -> None:
+        """Fill in the errors of a point by its differences (records, n) from the truth."""
+        errors = over(self.quantity.distances(apart).max(axis=0), ranges)
+        if not np.isfinite(errors).all():
+            return
+        point.error = float(errors[: len(self.counted(ranges))].max())
+        point.norm = point.worst = float(errors[0])
+        if self.quantity.elements:
+            worst = int(errors[1:].argmax())
+            point.worst, point.element = float(errors[1 + worst]), self.quantity.elements[worst]
+
     @property
     def points(self) -> tuple[Point, ...]:
         """What `judge` has measured so far.
@@ -283,7 +306,9 @@ class Measurement:
         A longer timestep counts as no more accurate than a shorter one.
         """
         for found in self._points.values():
-            worst = 0.0
+            error = norm = worst = 0.0
             for _, point in sorted(found.items()):
-                point.error = worst = max(worst, point.error)
+                point.error = error = max(error, point.error)
+                point.norm = norm = max(norm, point.norm)
+                point.worst = worst = max(worst, point.worst)
         return tuple(p for found in self._points.values() for _, p in sorted(found.items()))

@@ -23,7 +23,10 @@ def draw(advice: "Advice", path: Path, dpi: int) -> None:
         _panel(left, advice, "seconds")
         _panel(right, advice, "timestep")
         left.set_xlabel("wall time per simulated second (s)")
-        left.set_ylabel(f"largest error of {advice.quantity} over its range")
+        each = advice.every_element and len(advice.ranges) > 1
+        left.set_ylabel(
+            f"largest error of {'any element' if each else advice.quantity} over its range"
+        )
         right.set_xlabel("timestep (s); a vertical line is the stability limit at rest")
         for integrator, limit in advice.limits.items():
             shown = limit.found if np.isnan(limit.theory) else limit.theory

@@ -1,5 +1,6 @@
 """Errors and costs of integrators: which are best, and costs that are measured in turns."""
 
+import math
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -29,9 +30,15 @@ class Point:
     seconds: float
     """Wall time per simulated second."""
     error: float
-    """Largest error along the path over the range of the quantity; infinite if it diverged."""
+    """Largest error along the path that counts; infinite if it diverged."""
     diverged: float | None = None
     """Time in s at which the run was no longer finite."""
+    norm: float = math.inf
+    """Largest error of the quantity as a whole, over its range."""
+    worst: float = math.inf
+    """Largest error of an element over its own range; `norm` if there are no elements."""
+    element: str = ""
+    """This element."""
 
 
 def front(points: Iterable[Point], floor: float) -> list[Point]:

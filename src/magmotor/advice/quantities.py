@@ -1,16 +1,17 @@
 """Quantities whose errors are measured, as functions of the state."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
 
 from magmotor.advice.paths import RECORD, OutOfTime
-from magmotor.common.arrays import Array
+from magmotor.common.arrays import Array, Integers
 from magmotor.common.checks import check_choice, reject
 from magmotor.mjcf.field_and_energy import magnetic_energy
+from magmotor.mjcf.lookup import label
 
 Function = Callable[[mujoco.MjModel, mujoco.MjData], object]
 
@@ -22,6 +23,12 @@ REST = 1e-6
 ROUNDING = 1e-12
 """Smaller changes of a quantity, over its largest value, are rounding."""
 
+ONE_WAY = 0.95
+"""Part of a range by which something ends away from its start if it never came back."""
+
+STILL = 1e-3
+"""Elements that move by less than this part of what moves most are at rest beside it."""
+
 _VALUES: dict[str, Callable[[mujoco.MjData, str], object]] = {
     "body": lambda data, name: data.body(name).xipos,
     "site": lambda data, name: data.site(name).xpos,
@@ -30,6 +37,9 @@ _VALUES: dict[str, Callable[[mujoco.MjData, str], object]] = {
     "sensor": lambda data, name: data.sensor(name).data,
 }
 """Quantities of one element, which a quantity names by its kind and name."""
+
+
+_AXES = "x", "y", "z"
 
 
 @dataclass(frozen=True)
@@ -44,6 +54,14 @@ class Quantity:
     """Computes what the quantity needs."""
     least: float = 0.0
     """Smaller ranges are those of rest."""
+    size: int | None = None
+    """Number of components of the whole; further ones belong to elements only."""
+    elements: tuple[str, ...] = ()
+    """Elements with ranges of their own, if there are several."""
+    starts: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """The first component of each element."""
+    units: Array = field(default_factory=lambda: np.zeros(0))
+    """What the motion of each element is measured in, to compare it with that of others."""
 
     def along(
         self, model: mujoco.MjModel, data: mujoco.MjData, states: Array, until: float = np.inf
@@ -70,13 +88,39 @@ class Quantity:
                 )
         return np.array(rows)
 
-    def range(self, values: Array) -> float:
-        """Return the diagonal of the box around values (records, n), and at least the scale."""
-        return max(self.scale, float(np.linalg.norm(np.ptp(values, axis=0))))
+    def distances(self, apart: Array) -> Array:
+        """Return the size of differences (records, n): of the whole, and of each element.
+
+        The result has the shape (records, 1 + elements).
+        """
+        whole = np.linalg.norm(apart[:, : self.size], axis=1)[:, np.newaxis]
+        if not self.elements:
+            return whole
+        return np.hstack([whole, np.sqrt(np.add.reduceat(apart**2, self.starts, axis=1))])
+
+    def ranges(self, values: Array) -> Array:
+        """Return the range of the whole and of each element along a path (records, n).
+
+        It is the diagonal of the box around the values. That of the whole is at least the scale;
+        that of elements which are at rest beside others is infinite.
+        """
+        ranges = self.distances(np.ptp(values, axis=0)[np.newaxis])[0]
+        moved = ranges[1:] / self.units
+        ranges[1:][moved <= STILL * moved.max(initial=0.0)] = np.inf
+        ranges[0] = max(self.scale, ranges[0])
+        return ranges
 
     def changes(self, values: Array) -> bool:
         """Whether values (records, n) change by more than those of rest, and than rounding."""
-        return self.range(values) > max(self.least, ROUNDING * np.abs(values).max())
+        rounding = ROUNDING * np.abs(values[:, : self.size]).max()
+        return self.ranges(values)[0] > max(self.least, rounding)
+
+    def unturned(self, values: Array) -> list[str]:
+        """Return the elements, or the whole, that never come back along a path (records, n)."""
+        ranges = self.ranges(values)
+        passed = self.distances(values[-1:] - values[:1])[0]
+        names = np.array(self.elements or (self.name,))
+        return names[(passed > ONE_WAY * ranges)[-len(names) :]].tolist()
 
     def scaled_by(self, model: mujoco.MjModel, data: mujoco.MjData, states: Array) -> "Quantity":
         """Return the quantity with the scale that its name has, found along a path."""
@@ -99,7 +143,7 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
             name := getattr(quantity, "__name__", "function"), _guarded(name, quantity)
         )
     elif quantity == POSITIONS:
-        found = Quantity(quantity, _positions(model), compute=mujoco.mj_kinematics, least=size)
+        found = _positions(model, size)
     elif quantity == ENERGY:
         found = Quantity(quantity, _energy)
     else:
@@ -117,8 +161,28 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
         if kind == "joint":
             least = REST * float(_units(model)[model.joint(name).qposadr[0]])
         found = Quantity(quantity, lambda _, data: value(data, name), least=least)
-    _check(found, model, data)
-    return found
+    count = _check(found, model, data)
+    if found.size is not None or count == 1:
+        return found
+    names = _AXES if found.name.startswith(("body ", "site ")) else range(count)
+    return replace(
+        found,
+        elements=tuple(f"component {name}" for name in names),
+        starts=np.arange(count),
+        units=np.ones(count),
+    )
+
+
+def relative(distances: Array, ranges: Array | float) -> float:
+    """Return the largest of distances (records, k) over ranges, of which there may be fewer."""
+    ranges = np.atleast_1d(ranges)
+    return float(over(distances[:, : len(ranges)], ranges).max())
+
+
+def over(distances: Array, ranges: Array) -> Array:
+    """Return distances over ranges; it is 0 over an infinite range, and for no distance."""
+    with np.errstate(all="ignore"):
+        return np.where(np.isinf(ranges) | (distances == 0.0), 0.0, distances / ranges)
 
 
 def motion(model: mujoco.MjModel, states: Array) -> float:
@@ -162,8 +226,8 @@ def _names(model: mujoco.MjModel, kind: str) -> tuple[str, ...]:
     return tuple(name for i in range(count) if (name := getattr(model, kind)(i).name))
 
 
-def _check(quantity: Quantity, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Check that a quantity is numbers, at least one, and finite."""
+def _check(quantity: Quantity, model: mujoco.MjModel, data: mujoco.MjData) -> int:
+    """Return how many numbers a quantity is: at least one, and all of them finite."""
     mujoco.mj_forward(model, data)
     value = quantity.of(model, data)
     try:
@@ -172,12 +236,14 @@ def _check(quantity: Quantity, model: mujoco.MjModel, data: mujoco.MjData) -> No
         numbers = np.empty(0)
     if not numbers.size or not np.isfinite(numbers).all():
         raise reject(f"quantity {quantity.name}", value, "must be finite numbers, at least one")
+    return numbers.size
 
 
-def _positions(model: mujoco.MjModel) -> Function:
+def _positions(model: mujoco.MjModel, least: float) -> Quantity:
     """Return the positions of all matter, whose distances are root mean squares over the mass.
 
-    A body counts as its mass at the center and its second moments along the principal axes.
+    A body counts as its mass at the center and its second moments along the principal axes. The
+    elements are the positions of all joints: angles, coordinates, and axes of what turns freely.
     """
     mass = model.body_mass
     total = mass[1:].sum() or 1.0
@@ -189,9 +255,38 @@ def _positions(model: mujoco.MjModel) -> Function:
 
     def positions(_: mujoco.MjModel, data: mujoco.MjData) -> Array:
         frames = data.ximat[own].reshape(-1, 3, 3) * axes
-        return np.concatenate([(center * data.xipos[own]).ravel(), frames.ravel()])
+        whole = (center * data.xipos[own]).ravel(), frames.ravel()
+        return np.concatenate([*whole, data.qpos[plain], _axes(data.qpos, turns)])
 
-    return positions
+    names, plain, turns = [], [], []
+    units = _units(model)
+    kinds = mujoco.mjtJoint
+    for joint, kind in enumerate(model.jnt_type.tolist()):
+        name, first = label(model, "joint", joint), int(model.jnt_qposadr[joint])
+        free = kind == kinds.mjJNT_FREE
+        if free or kind == kinds.mjJNT_BALL:
+            turns.append(first + 3 * free)
+        if kind != kinds.mjJNT_BALL:
+            plain += range(first, first + (3 if free else 1))
+            names += [f"{axis} of {name}" for axis in _AXES] if free else [name]
+    for first in turns:
+        name = label(model, "joint", int(np.searchsorted(model.jnt_qposadr, first, "right")) - 1)
+        names += [f"{axis} axis of {name}" for axis in _AXES]
+    size, count = 12 * len(own), len(plain)
+    return Quantity(
+        POSITIONS, positions, compute=mujoco.mj_kinematics, least=least, size=size,
+        elements=tuple(names) if len(names) > 1 else (),
+        starts=size + np.concatenate([np.arange(count), count + 3 * np.arange(3 * len(turns))]),
+        units=np.concatenate([units[plain], np.ones(3 * len(turns))]),
+    )  # fmt: skip
+
+
+def _axes(qpos: Array, turns: Sequence[int]) -> Array:
+    """Return the axes of the rotations whose quaternions begin at these places."""
+    frames = np.empty((len(turns), 9))
+    for frame, first in zip(frames, turns, strict=True):
+        mujoco.mju_quat2Mat(frame, qpos[first : first + 4])
+    return frames.reshape(-1, 3, 3).transpose(0, 2, 1).ravel()
 
 
 def _kinetic(model: mujoco.MjModel, data: mujoco.MjData) -> float:

@@ -70,7 +70,10 @@ def _statistics(advice: "Advice") -> list[list[str]]:
 
 
 def _title(advice: "Advice") -> str:
-    title = f"error of {advice.quantity} over {advice.horizon or advice.duration:.4g} s"
+    title = f"error of {advice.quantity}"
+    if _has_elements(advice):
+        title += ", and of the worst element over its own range,"
+    title += f" over {advice.horizon or advice.duration:.4g} s"
     if advice.reference:
         title += (
             f", against {advice.reference}, which is uncertain by at most {percent(advice.doubt)}"
@@ -79,8 +82,8 @@ def _title(advice: "Advice") -> str:
 
 
 def _rows(advice: "Advice") -> list[list[str]]:
-    head = ["integrator", "timestep", "error", "cost", "order", "fails from"]
-    rows = [[*head, "stable up to", "limited by"]]
+    head = ["integrator", "timestep", "error", *["worst element"] * _has_elements(advice)]
+    rows = [[*head, "cost", "order", "fails from", "stable up to", "limited by"]]
     for integrator in dict.fromkeys(point.integrator for point in advice.points):
         mine = [point for point in advice.points if point.integrator == integrator]
         within = [p for p in mine if MARGIN * (p.error + advice.doubt) <= advice.error]
@@ -88,7 +91,8 @@ def _rows(advice: "Advice") -> list[list[str]]:
         order, limit = advice.orders.get(integrator), advice.limits.get(integrator)
         limited = limit.joints[0] if limit and limit.joints else None
         rows.append([
-            integrator, f"{shown.timestep:.4g} s", percent(shown.error), f"{shown.seconds:.2g}",
+            integrator, f"{shown.timestep:.4g} s", percent(shown.norm),
+            *[_worst(shown)] * _has_elements(advice), f"{shown.seconds:.2g}",
             f"{order.value:.1f} ± {order.doubt:.1f}" if order else "", _failure(mine),
             _limit(limit) if limit else "",
             f"{limited[0]} ({limited[1]:.0%})" if limited else "",
@@ -96,11 +100,23 @@ def _rows(advice: "Advice") -> list[list[str]]:
     return rows
 
 
+def _has_elements(advice: "Advice") -> bool:
+    return len(advice.ranges) > 1
+
+
+def _worst(point: Point) -> str:
+    """Return the error of the worst element of a point, and its name."""
+    return percent(point.worst) + (f" ({point.element})" if point.element else "")
+
+
 def _conclusion(advice: "Advice") -> str:
     own = advice.own
     has = ""
     if own is not None:
-        what = f"has an error of {percent(own.error)}" if math.isfinite(own.error) else "diverges"
+        element = f" ({own.element})" if own.error > own.norm else ""
+        what = f"has an error of {percent(own.error)}{element}"
+        if not math.isfinite(own.error):
+            what = "diverges"
         if own.diverged is not None:
             what = f"diverges after {own.diverged:.3g} s"
         has = f"the model's own {own.integrator} at {own.timestep:g} s {what}"
@@ -120,6 +136,10 @@ def _conclusion(advice: "Advice") -> str:
         f" {percent(advice.promised)} over {advice.horizon:.4g} s, {chosen.seconds:.2g} s per"
         " simulated second"
     )
+    if _has_elements(advice) and advice.every_element:
+        sentence += ", also of each element over its own range"
+    elif _has_elements(advice):
+        sentence += f", but over its own range {_worst(chosen)}"
     if advice.settings:
         settings = (f'{name}="{value:g}"' for name, value in advice.settings.items())
         sentence += f", with {', '.join(settings)}"

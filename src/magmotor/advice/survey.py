@@ -15,10 +15,13 @@ from magmotor.advice.errors import Reference, observed_order
 from magmotor.advice.measure import COARSE, JUDGES, TRUSTED, Measurement
 from magmotor.advice.paths import INTEGRATORS, OutOfTime
 from magmotor.advice.points import MARGIN, Point, front, time_in_turns
-from magmotor.advice.quantities import REST
+from magmotor.advice.quantities import REST, over
+from magmotor.advice.report import percent
 from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics import errors
+from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
+from magmotor.mjcf.describe import listed
 
 PERTURBATION = 1e-7
 """Change of the initial velocities, over the fastest one, of which the growth is measured."""
@@ -81,11 +84,11 @@ class Survey:
         if truth is None:
             advice.reason = self._no_reference()
             return
-        until, scale = self._judge(truth)
+        until, ranges = self._judge(truth)
         self._until(ERRORS)
         good = max(advice.error / MARGIN, advice.doubt)
         with suppress(OutOfTime):
-            self._measurement.judge(truth.path, good, until, scale)
+            self._measurement.judge(truth.path, good, until, ranges)
         advice.points = self._measurement.points
         if self._runs.noisy or (advice.growth is not None and advice.growth > CHAOTIC):
             self._until(STATISTICS)
@@ -94,10 +97,10 @@ class Survey:
         self._measure_costs()
         self._until(SETTINGS)
         if not advice.reason:
-            self._choice.check(truth.path, until, scale)
+            self._choice.check(truth.path, until, ranges)
         self._find_limits()
         if self._detail:
-            self._measure_detail(scale)
+            self._measure_detail(ranges)
 
     def conclude(self) -> None:
         """Draw conclusions from what is known."""
@@ -134,35 +137,63 @@ class Survey:
             sentence = "does not change along the path: the model is at rest, and nothing moves it"
             raise reject("quantity", self._advice.quantity, sentence)
 
-    def _judge(self, truth: Reference) -> tuple[int, float]:
-        """Return the tick up to which errors count, and their scale.
+    def _judge(self, truth: Reference) -> tuple[int, Array]:
+        """Return the tick up to which errors count, and what they are relative to.
 
         Chaos limits the former to where the reference can be trusted.
         """
         m, advice = self._measurement, self._advice
-        values, doubt = truth.path.values, truth.doubt
-        scale = m.quantity.range(values)
+        values = truth.path.values
         if not np.isfinite(values).all():
             raise reject("quantity", advice.quantity, "is not finite along the path")
         if not m.quantity.changes(values):
             sentence = "does not change along the path; give a state that moves it, or another one"
             raise reject("quantity", advice.quantity, sentence)
+        ranges = m.quantity.ranges(values)
+        doubts = self._doubts(truth, ranges)
         enough, last = TRUSTED * advice.error, len(values) - 1
-        if doubt[-1] > enough * scale:
+        if doubts[-1] > enough:
             self._until(ERRORS)
             with suppress(OutOfTime):
                 advice.growth = m.growth(PERTURBATION)
             if (advice.growth or 0.0) > CHAOTIC:
-                last = max(1, int(np.flatnonzero(doubt <= enough * scale)[-1]))
+                last = max(1, int(np.flatnonzero(doubts <= enough)[-1]))
                 quantity = m.within(last * truth.path.ticks)
                 if quantity.changes(values[: last + 1]):
-                    scale = quantity.range(values[: last + 1])
+                    ranges = quantity.ranges(values[: last + 1])
                 else:
                     advice.reason = "the quantity does not change before the reference is lost"
         until = last * truth.path.ticks
         advice.reference, advice.horizon = truth.name, until * m.tick
-        advice.doubt = float(doubt[last]) / scale
-        return until, scale
+        advice.doubt = float(self._doubts(truth, ranges)[last])
+        self._note_what_was_not_seen(truth, ranges, last)
+        return until, ranges
+
+    def _doubts(self, truth: Reference, ranges: Array) -> Array:
+        """Return the relative doubt of the reference up to each record, shape (records,)."""
+        counted = self._measurement.counted(ranges)
+        return over(truth.doubt[:, : len(counted)], counted).max(axis=1)
+
+    def _note_what_was_not_seen(self, truth: Reference, ranges: Array, last: int) -> None:
+        """Note which elements the path says little about, or the reference is uncertain about."""
+        advice, quantity = self._advice, self._measurement.quantity
+        names = quantity.elements or (quantity.name,)
+        own = ranges[-len(names) :]
+        advice.ranges = dict(zip(names, own.tolist(), strict=True))
+        still = [name for name, size in advice.ranges.items() if math.isinf(size)]
+        if still:
+            little = "moves by less than a thousandth of what moves most"
+            advice.notes += (f"not judged, since it {little}: {listed(still)}",)
+        unturned = quantity.unturned(truth.path.values[: last + 1])
+        if unturned:
+            seen = f"did not come back within {advice.horizon:.3g} s, so that its range and errors"
+            advice.notes += (f"{seen} may be larger over a longer duration: {listed(unturned)}",)
+        doubts = over(truth.doubt[last], ranges)
+        if doubts[0] <= TRUSTED * advice.error < advice.doubt:
+            least = f"the reference is uncertain by {percent(advice.doubt)} of its own range for"
+            worst = names[int(doubts[-len(names) :].argmax())]
+            hint = "every_element=False asks only for the whole"
+            advice.notes += (f"{least} {worst}; {hint}",)
 
     def _compare_ensembles(self) -> None:
         """Compare ensembles with one at a quarter of the model's timestep."""
@@ -193,7 +224,7 @@ class Survey:
             for row in advice.statistics
         )
 
-    def _measure_detail(self, scale: float) -> None:
+    def _measure_detail(self, ranges: Array) -> None:
         """Measure what features cost, and what can go beside the promised error."""
         advice = self._advice
         self._choice.conclude()
@@ -203,7 +234,8 @@ class Survey:
             advice.details = measure_detail(
                 self._runs, self._measurement.quantity, advice.integrator or self._runs.integrator,
                 advice.timestep if advice.integrator else self._runs.timestep,
-                advice.horizon, left, scale, self._began + self._budget / MEASURED,
+                advice.horizon, left, self._measurement.counted(ranges),
+                self._began + self._budget / MEASURED,
             )  # fmt: skip
 
     def _find_limits(self) -> None:

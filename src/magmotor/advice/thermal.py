@@ -175,7 +175,8 @@ class Thermal:
         return Ensemble(paths, kinetic, self._costs[splitting, factor])
 
     def _along(self, quantity: Quantity, states: Array) -> Array:
-        return quantity.along(self._runs.model, self._workspace, states, self._until)
+        values = quantity.along(self._runs.model, self._workspace, states, self._until)
+        return values[:, : quantity.size]
 
     def _running(self, splitting: str, factor: float) -> float:
         """Return the wall time in s that replicas probably run; 0 if they diverge."""

@@ -44,6 +44,8 @@ class Options:
     """duration of the motion in s; by default 1 s, or 48 timesteps if that is longer"""
     error: float = 0.01
     """admissible error, relative to the range of the quantity"""
+    every_element: bool = True
+    """each element must be accurate, relative to its own range, not only the whole"""
     budget: float = 60.0
     """time in s that the measurement may take"""
     detail: bool = False
@@ -96,6 +98,7 @@ def report(options: Options) -> None:
                 quantity=options.quantity,
                 duration=options.duration,
                 error=options.error,
+                every_element=options.every_element,
                 budget=options.budget,
                 detail=options.detail,
                 kT=options.kT,

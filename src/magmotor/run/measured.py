@@ -47,7 +47,7 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
     with magnetism() if acting_forces(model) else nullcontext():
         found = survey(
             model, data, quantity=POSITIONS, duration=DURATION, error=error, budget=BUDGET,
-            among=among, tune=False,
+            among=among, tune=False, every_element=False,
         )  # fmt: skip
     if found.integrator is None:
         raise reject("error", error, f"was not reached: {found.reason}")

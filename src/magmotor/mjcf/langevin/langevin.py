@@ -38,6 +38,7 @@ from magmotor.mjcf.langevin.own_model import (
     without_friction,
 )
 from magmotor.mjcf.langevin.refusals import refusal_with_remedies
+from magmotor.mjcf.langevin.relaxation import unsettled
 from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
@@ -173,7 +174,8 @@ class Langevin(Thermostat):
     -----
     Friction changes how fast the ensemble settles, not what it becomes, unless the timestep is long
     and the friction weak: a motion that friction damps at the rate g in 1/s needs several times
-    1/g. The velocities of an oscillation of angular frequency w have the temperature
+    1/g, or, if g h is large, about g h steps by the rule of part O (its positions do not wait for
+    that). The velocities of an oscillation of angular frequency w have the temperature
     kT (1 - (w h)^2/4) by BAOAB, its positions have kT; if w/g exceeds 50 or so, this holds for
     w h = 0.5 at most. Brownian wrenches of the model (`user` numbers of bodies) do not act.
 
@@ -195,7 +197,7 @@ class Langevin(Thermostat):
     ...   </worldbody>
     ... </mujoco>
     ... ''')
-    >>> run = mm.Langevin(model, kT=0.5).sample(10_000, replicas=4, every=10)
+    >>> run = mm.Langevin(model, kT=0.5).sample(10_000, replicas=4, every=10, settle=5000)
     >>> run.qpos.shape
     (4, 1000, 1)
     """
@@ -337,6 +339,14 @@ class Langevin(Thermostat):
             The motion of some replicas could not be followed. The error contains all records.
         mujoco.FatalError
             The same errors as in `magnetism`.
+
+        Warns
+        -----
+        UserWarning
+            By small motions about the initial position, the records contain on average more than a
+            tenth of the kinetic energy with which some motion starts. All replicas start alike, so
+            that their mean is not that of equilibrium, and their spread is too small an error. How
+            long positions need is not known, such as those that must cross barriers.
         """
         nstep = check_integer("nstep", nstep, at_least=1)
         every = check_integer("every", every, at_least=1, at_most=nstep)
@@ -345,6 +355,13 @@ class Langevin(Thermostat):
         if initial is not None:
             check_type("initial", initial, mujoco.MjData)
             self._check_data(initial)
+        if any(self.kT.values()):
+            forces = None if "S" in self._scheme.parts else self.forces
+            start = self._start(initial)
+            for warning in unsettled(
+                self.model, start, self._friction, self._scheme, forces, settle, nstep
+            ):
+                warnings.warn(warning, stacklevel=2)
         nq, nv, baths = self.model.nq, self.model.nv, len(self.kT)
         records = nstep // every
         shape = replicas, records, nq + nv + baths + 1
@@ -377,9 +394,7 @@ class Langevin(Thermostat):
         stop: threading.Event,
     ) -> None:
         """Run one replica, in calls of about 0.1 s."""
-        data = mujoco.MjData(self.model)
-        if initial is not None:
-            mujoco.mj_copyState(self.model, initial, data, STATE)
+        data = self._start(initial)
         data.time, following = 0.0, 0
         for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
             exchanged = np.zeros(len(self.kT) + 1)
@@ -391,6 +406,12 @@ class Langevin(Thermostat):
                     lost[replica] = data.time - settle * self._timestep
                     return
                 progress.update(size)
+
+    def _start(self, initial: mujoco.MjData | None) -> mujoco.MjData:
+        data = mujoco.MjData(self.model)
+        if initial is not None:
+            mujoco.mj_copyState(self.model, initial, data, STATE)
+        return data
 
     def _dataset(self, out: Array, every: int, initial: mujoco.MjData | None) -> xr.Dataset:
         nq, nv = self.model.nq, self.model.nv

@@ -34,10 +34,22 @@ def largest_timestep(
     friction : Friction
     scheme : Scheme
     """
-    moved, stiffness = mujoco.MjData(model), np.empty((model.nv, model.nv))
+    moved = mujoco.MjData(model)
     mujoco.mj_copyState(model, data, moved, int(mujoco.mjtState.mjSTATE_INTEGRATION))
     forces(moved)
     inertia, damping = inertia_matrix(model, moved), friction_matrix(model, moved, friction)
+    stiffness = stiffness_matrix(model, data, forces)
+    motion = SmallMotion.of(inertia, stiffness, damping, np.zeros_like(damping))
+    step = splitting_step(scheme.parts, scheme.fractions, exact=True, response=crank_nicolson)
+    return largest_stable_step(motion, step)
+
+
+def stiffness_matrix(
+    model: mujoco.MjModel, data: mujoco.MjData, forces: Callable[[mujoco.MjData], Array]
+) -> Array:
+    """Return the symmetric part of the derivatives of forces at a position, shape (nv, nv)."""
+    moved, stiffness = mujoco.MjData(model), np.empty((model.nv, model.nv))
+    mujoco.mj_copyState(model, data, moved, int(mujoco.mjtState.mjSTATE_INTEGRATION))
     for column, unit in zip(stiffness.T, np.eye(model.nv), strict=True):
         pair = []
         for sign in (1, -1):
@@ -45,12 +57,9 @@ def largest_timestep(
             mujoco.mj_integratePos(model, moved.qpos, sign * unit, DISPLACEMENT)
             pair.append(forces(moved))
         column[:] = (pair[1] - pair[0]) / (2 * DISPLACEMENT)
-    symmetric = (stiffness + stiffness.T) / 2
-    motion = SmallMotion.of(inertia, symmetric, damping, np.zeros_like(damping))
-    step = splitting_step(scheme.parts, scheme.fractions, exact=True, response=_crank_nicolson)
-    return largest_stable_step(motion, step)
+    return (stiffness + stiffness.T) / 2
 
 
-def _crank_nicolson(x: Array) -> Array:
+def crank_nicolson(x: Array) -> Array:
     """Return the mean decay of the Crank-Nicolson rule, which approximates (exp(x) - 1)/x."""
     return 1 / (1 - x / 2)
