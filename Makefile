@@ -191,7 +191,7 @@ endef
 	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes,dm-control)
 
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
-	$(call install,.venv-compat,/^mujoco/d;/^dm_control/d,-e '.[movies]' pytest pytest-xdist 'mujoco==3.11.*',once: 1 GB and about a minute,dm-control)
+	$(call install,.venv-compat,s/^mujoco==.*/mujoco==3.11.*/;/^mujoco-/d;/^dm_control/d,-e '.[movies]' pytest pytest-xdist,once: 1 GB and about a minute,dm-control)
 
 # Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)

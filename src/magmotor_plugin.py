@@ -137,8 +137,13 @@ def library() -> ctypes.CDLL:
     """
     for folder in _folders():
         for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
-            for path in Path(folder).glob(pattern):
-                return ctypes.CDLL(str(path))
+            found = [str(path) for path in Path(folder).glob(pattern)]
+            if len(found) > 1:  # a downgrade from MuJoCo 4 leaves its library behind
+                from importlib.metadata import version
+
+                found = [path for path in found if version("mujoco") in path]
+            if found:
+                return ctypes.CDLL(found[0])
     raise ImportError("there is no MuJoCo library: pip install mujoco")
 
 
