@@ -26,6 +26,7 @@ from magmotor.mjcf.checking.contact_rule import (
     softness,
 )
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
+from magmotor.mjcf.checking.gyroscopic import growing_spin
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import SKIPPED, Description, described, weighed
@@ -56,6 +57,10 @@ BENT = 0.3
 """Largest part of the force on a slender piece of weak iron in an applied field that may err."""
 
 
+STAGES = 4
+"""How many times as much as one of Euler's a step of RK4 costs."""
+
+
 class Failure(NamedTuple):
     """One finding, and the settings without it."""
 
@@ -66,6 +71,8 @@ class Failure(NamedTuple):
     timestep: float = math.inf
     constant: float = math.inf
     """Time constant of contacts."""
+    integrator: str = ""
+    """The integrator without it, if that is the cheaper remedy."""
     owners: tuple[tuple[str, Array], ...] = ()
     """What has the parameters of these contacts: name and numbers."""
 
@@ -96,6 +103,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
                 " too strong; for a wide surface that is fixed to the world, take a plane of iron",
             )
     yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
+    yield from _growing_spins(model, state)
     yield from _noise(description)
 
 
@@ -308,6 +316,30 @@ def _fast_magnets(
                 number,
                 longest,
             )
+
+
+def _growing_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield at most one failure: a spin that the integrator does not keep."""
+    spin = growing_spin(model, state)
+    if not spin:
+        return
+    step, shorter = float(model.opt.timestep), _rounded_down(spin.timestep)
+    with_rk4 = step if spin.of_rk4 == step else _rounded_down(spin.of_rk4)
+    remedies = [f"a timestep of at most {shorter:g} s"] if shorter > ABSURD else []
+    if with_rk4 > ABSURD and spin.integrator != "RK4":
+        also = f" and a timestep of at most {with_rk4:g} s" if with_rk4 < step else ""
+        remedies.insert(0, f"the integrator RK4{also}")
+    cheaper = spin.integrator != "RK4" and with_rk4 > max(ABSURD, STAGES * shorter)
+    timestep = with_rk4 if cheaper else shorter
+    yield Failure(
+        label(model, "body", spin.body),
+        f"{spin.verb} with {spin.speed:.3g} rad/s{spin.where}, and its wobble grows e-fold within"
+        f" {1 / spin.rate:.2g} s, since the integrator {spin.integrator} is explicit in gyroscopic"
+        f" forces; take {' or '.join(remedies) or 'a shorter timestep'}",
+        spin.number,
+        timestep if timestep > ABSURD else math.inf,
+        integrator="RK4" if cheaper else "",
+    )
 
 
 def _noise(found: Description) -> Iterator[Failure]:
