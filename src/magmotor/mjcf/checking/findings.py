@@ -1,6 +1,5 @@
 """What will fail in a model with magnets, one sentence each, and the settings without it."""
 
-import itertools
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -71,10 +70,10 @@ class Failure(NamedTuple):
     timestep: float = math.inf
     constant: float = math.inf
     """Time constant of contacts."""
-    integrator: str = ""
-    """The integrator without it, if that is the cheaper remedy."""
     owners: tuple[tuple[str, Array], ...] = ()
     """What has the parameters of these contacts: name and numbers."""
+    integrator: str = ""
+    """The integrator without it, if that is the cheaper remedy."""
 
 
 def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
@@ -161,7 +160,9 @@ def _rows_of_iron(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
         geoms = magnet.elements[magnet.responses > 0] - model.nsite
         geoms = geoms[model.geom_type[geoms] != mujoco.mjtGeom.mjGEOM_SPHERE].tolist()
         touching = np.zeros((len(geoms), len(geoms)))
-        for i, j in itertools.combinations(range(len(geoms)), 2):
+        places, radii = state.geom_xpos[geoms], model.geom_rbound[geoms]
+        apart = np.linalg.norm(places[:, np.newaxis] - places, axis=2)
+        for i, j in np.argwhere(np.triu(apart < 1.1 * np.add.outer(radii, radii), 1)).tolist():
             one, other = geoms[i], geoms[j]
             near = float(SUNK * model.geom_rbound[[one, other]].min())
             touching[i, j] = mujoco.mj_geomDistance(model, state, one, other, near, None) < near
