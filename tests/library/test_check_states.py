@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.mjcf.checking import touch
 
 PLACED = """
 <mujoco>
@@ -94,6 +95,56 @@ def test_forces_beyond_the_range_of_numbers(moment):
     found = mm.check(model)
     assert found.timestep == 1e-4
     assert (found.findings == ()) == (moment < 1)
+
+
+@pytest.mark.parametrize("number", ["1e160", "1e300", "1e308"])
+@pytest.mark.parametrize(
+    ("custom", "actuator", "moment"),
+    [
+        ("", "", 1),
+        ("coil", "", 0),
+        ("coil", 'ctrlrange="-{number} {number}"', 0),
+        ('<numeric name="field" data="{number} 0 0"/>', "", 0),
+        ('<numeric name="field" data="0 0 0 {number} 0 0 {number} 0"/>', "", 0),
+    ],
+)
+def test_numbers_that_overflow_are_a_finding(number, custom, actuator, moment):
+    text = custom.format(number=number)
+    if custom == "coil":
+        text = COIL.format(0 if actuator else number, "first")
+    model = PLACED.format(
+        place="0.1 0 0.05", moment="{moment}", custom=text, world=""
+    ).replace("{moment}", number if moment else "0.5", 1).replace("{moment}", "0.5")  # fmt: skip
+    drive = ACTUATOR.format(actuator.format(number=number))
+    found = mm.check(mujoco.MjModel.from_xml_string(model.replace("</mujoco>", drive)))
+    words = "faster than numbers can be", "not finite", "of neodymium magnets"
+    assert any(word in str(found) for word in words)
+    assert 1e-9 < found.timestep <= 1e-4
+
+
+def test_the_work_for_pieces_of_iron_grows_as_their_number(monkeypatch):
+    """400 pieces on one body took minutes, since each was compared with all pairs of others."""
+    counts, depth = [], touch.depth_and_normal
+    element = '<element objtype="geom" objname="{}"/>'
+    geom = '<geom name="{}" type="box" size=".005 .005 .005" pos="0 {} 0"/>'
+    magnet = '<body pos="0 0 .1"><freejoint/><geom size=".005"/><site user=".5"/></body>'
+    for number in (10, 40):
+        calls = []
+
+        def count(*arguments, calls=calls):
+            calls.append(len(arguments[-1]))
+            return depth(*arguments)
+
+        monkeypatch.setattr(touch, "depth_and_normal", count)
+        geoms = "".join(geom.format(k, 0.02 * k) for k in range(number))
+        text = BAR.format("".join(element.format(k) for k in range(number)), geoms)
+        text = text.replace("iron fields", "iron dipoles fields")
+        model = mujoco.MjModel.from_xml_string(
+            text.replace("</worldbody>", magnet + "</worldbody>")
+        )
+        assert "will fly apart once they touch" in str(mm.check(model))
+        counts.append(len(calls))
+    assert counts[1] < 6 * counts[0]  # 3.9
 
 
 COIL = """<tuple name="coil"><element objtype="actuator" objname="current" prm="{}"/>

@@ -304,7 +304,14 @@ def _fast_magnets(
             found.append((frequency, _names(model, pair), pair.number, " where they touch"))
     step = float(model.opt.timestep)
     for frequency, name, number, where in found:
-        if frequency * step > UNSTABLE:
+        if frequency == math.inf:
+            yield Failure(
+                name,
+                f"would turn or swing{where} faster than numbers can be, since a moment, a field, a"
+                " coil or a factor is too large",
+                number,
+            )
+        elif frequency * step > UNSTABLE:
             longest, remedy = _rounded_down(RESOLVED / frequency), "move its dipoles apart"
             if longest < ABSURD:
                 longest = math.inf
