@@ -10,11 +10,11 @@ from pathlib import Path
 import mujoco
 import tyro
 
-from magmotor.commands.model_file import answer, ignore_idle, read
+from magmotor.commands.model_file import answer, ignore_idle, is_dropped, read
 from magmotor.commands.output import writes, written_whole
 from magmotor.commands.parsing import parse_options
 from magmotor.common.checks import reject
-from magmotor.mjcf.checking.check import check
+from magmotor.mjcf.checking.check import check, examined
 from magmotor.mjcf.describe import described
 
 FOUND = 1
@@ -47,15 +47,17 @@ def report(options: Options) -> None:
         write_fixed(options.model, data, options.fix)
         print(f"in {options.fix}:")
         model, data = read(options.fix, options.keyframe)
-    found, description = check(model, data), described(model)
+    dropped = options.model.suffix.lower() != ".mjb" and is_dropped(options.model, model)
+    found = examined(model, data)
+    if found.findings or not dropped:  # which has been said
+        print(found)
+    description = described(model)
     if description.acting and not description.plugin:
         print(
             "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only"
         )
-    if found.findings:
+    if found.findings or dropped:
         raise SystemExit(FOUND)
-    if not description.acting:
-        print("note: nothing acts on this model: it has no dipoles, fields, coils or iron")
 
 
 def write_fixed(path: Path, data: mujoco.MjData, target: Path) -> None:

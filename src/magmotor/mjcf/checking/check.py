@@ -10,8 +10,13 @@ import numpy as np
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.checking.findings import Failure, failures
+from magmotor.mjcf.describe import described
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.parts import compiled
+
+SOUND = "nothing to fix"
+EMPTY = "nothing acts on this model: it has no dipoles, fields, coils or iron"
+"""What the text says without findings."""
 
 LISTED = 4
 """Largest number of names that the text lists."""
@@ -35,6 +40,8 @@ class Check:
         "RK4" if it is proposed, for a body that spins; "" if the model's own stays.
     settings : tuple of str
         What is proposed or has been set, as text.
+    acting : bool
+        Whether anything of magmotor acts on the model.
     """
 
     findings: tuple[str, ...]
@@ -42,10 +49,11 @@ class Check:
     solref: dict[str, tuple[float, float]]
     integrator: str
     settings: tuple[str, ...]
+    acting: bool
 
     def __str__(self) -> str:
         """Return one line for each finding and each setting."""
-        return "\n".join([*self.findings, *self.settings] or ["nothing to fix"])
+        return "\n".join([*self.findings, *self.settings] or [SOUND if self.acting else EMPTY])
 
 
 @checked
@@ -105,9 +113,18 @@ def check(
     >>> found = mm.check(model)
     nothing to fix
     """
+    result = examined(model, data, fix=fix)
+    print(result)
+    return result
+
+
+def examined(
+    model: mujoco.MjSpec | mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool = False
+) -> Check:
+    """Do what `check` does, but print nothing."""
     if isinstance(model, mujoco.MjSpec):
         own = compiled(model)
-        result = check(own, data, fix=fix)
+        result = examined(own, data, fix=fix)
         if fix:
             _copy_settings(own, model)
         return result
@@ -136,15 +153,14 @@ def check(
             model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
         for name, row in numbers.items():
             row[:2] = constants[name], 1.0
-    result = Check(
+    return Check(
         findings=tuple(_merged(found)),
         timestep=timestep,
         solref={name: (constant, 1.0) for name, constant in constants.items()},
         integrator=integrator,
         settings=tuple(settings),
+        acting=bool(described(model).acting),
     )
-    print(result)
-    return result
 
 
 def _copy_settings(model: mujoco.MjModel, spec: mujoco.MjSpec) -> None:
