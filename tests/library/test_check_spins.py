@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf.checking.gyroscopic import growing_spin
+from magmotor.mjcf.checking.gyroscopic import unkept_spin
 
 BODY = """
 <mujoco>
@@ -75,15 +75,19 @@ SPINS = [
     ({"child": WHEEL}, (0, 0, 0, 80)),
     ({"child": WHEEL, "integrator": "implicitfast"}, (0, 0, 0, 80)),
     ({"text": GIMBALS}, (0, 0, 50)),
+    ({"integrator": "implicit"}, (0, 0, 50)),
+    ({"integrator": "implicit", "joint": BALL}, (0, 0, 50)),
+    ({"integrator": "implicitfast"}, (0, 0, 50)),
+    ({"integrator": "RK4", "step": 3e-2}, (0, 0, 50)),
 ]
 
 
 @pytest.mark.parametrize(("parts", "spin"), SPINS)
 def test_the_growth_is_that_of_the_motion(parts, spin):
     model = load(**parts)
-    found = growing_spin(model, spinning(model, spin))
+    found = unkept_spin(model, spinning(model, spin))
     assert found
-    rate = measured_growth(model, spinning(model, spin), 6 / found.rate)
+    rate = measured_growth(model, spinning(model, spin), 6 / abs(found.rate))
     assert found.rate == pytest.approx(rate, rel=0.02)  # 0.012
 
 
@@ -92,7 +96,7 @@ def test_damping_lowers_the_growth(parts):
     """The spin of 80 rad/s decays within the 10 s that count."""
     model = load(**parts)
     data = spinning(model, (1e-9, 0, 80))
-    found, free = growing_spin(model, data), growing_spin(load(), data)
+    found, free = unkept_spin(model, data), unkept_spin(load(), data)
     assert found
     assert free
     mujoco.mj_step(model, data, nstep=10000)
@@ -109,7 +113,7 @@ def test_the_formula_for_three_moments_of_inertia(inertia):
         product = (moments[k] - moments[i]) * (moments[k] - moments[j]) / moments[i] / moments[j]
         for speed, step in itertools.product((30.0, 100.0), (1e-3, 1e-4)):
             model = load(inertia=inertia, step=step)
-            found = growing_spin(model, spinning(model, speed * np.eye(3)[k]))
+            found = unkept_spin(model, spinning(model, speed * np.eye(3)[k]))
             rate = product * speed**2 * step / 2
             if rate > 0.11:
                 assert found
@@ -127,7 +131,7 @@ def test_bodies_that_tumble(inertia):
     for direction in ([0, 1, 1e-3], [1, 1, 0], [0, 1, 1], [1, 0, 1], [1, 1, 1]):
         model = load(inertia=inertia)
         spin = 60 * np.array(direction) / np.linalg.norm(direction)
-        found = growing_spin(model, spinning(model, spin))
+        found = unkept_spin(model, spinning(model, spin))
         data = spinning(model, spin)
         mujoco.mj_step(model, data, nstep=1500)
         rate = (
@@ -144,9 +148,6 @@ def test_bodies_that_tumble(inertia):
     [
         ({"integrator": "RK4"}, (0, 0, 50)),
         ({"integrator": "RK4", "text": GIMBALS}, (0, 0, 50)),
-        ({"integrator": "implicit"}, (0, 0, 50)),
-        ({"integrator": "implicit", "joint": BALL}, (0, 0, 50)),
-        ({"integrator": "implicitfast"}, (0, 0, 50)),
         ({"inertia": "1 1 1"}, (300, 200, 100)),
         ({"inertia": "1 1 1.7"}, (500, 0, 0)),
         ({"joint": '<joint axis="0 0 1"/>'}, (0, 0, 500)[2:]),
@@ -157,7 +158,7 @@ def test_bodies_that_tumble(inertia):
 )
 def test_spins_that_stay_are_no_finding(parts, spin):
     model = load(**parts)
-    assert not growing_spin(model, spinning(model, spin))
+    assert not unkept_spin(model, spinning(model, spin))
     assert mm.check(model, spinning(model, spin)).findings == ()
     data = spinning(model, spin)
     data.qvel[-3:] *= 1 + 1e-3 * np.array([0.7, 0.6, 0.5][-len(spin) :])

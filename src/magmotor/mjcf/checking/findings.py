@@ -27,7 +27,7 @@ from magmotor.mjcf.checking.contact_rule import (
 )
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
 from magmotor.mjcf.checking.geoms import contact_margin, touching_geoms
-from magmotor.mjcf.checking.gyroscopic import growing_spin
+from magmotor.mjcf.checking.gyroscopic import unkept_spin
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import SKIPPED, Description, described, weighed
@@ -116,7 +116,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     now = {} if misplaced else frequencies(model, state)
     yield from _far_magnets(model, now, state, description)
     yield from _fast_magnets(model, now, state, pairs)
-    yield from _growing_spins(model, state)
+    yield from _unkept_spins(model, state)
     yield from _noise(description)
 
 
@@ -399,9 +399,9 @@ def _fast_magnets(
             )
 
 
-def _growing_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+def _unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     """Yield at most one failure: a spin that the integrator does not keep."""
-    spin = growing_spin(model, state)
+    spin = unkept_spin(model, state)
     if not spin:
         return
     step, shorter = float(model.opt.timestep), _rounded_down(spin.timestep)
@@ -412,11 +412,14 @@ def _growing_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Fail
         remedies.insert(0, f"the integrator RK4{also}")
     cheaper = spin.integrator != "RK4" and with_rk4 > max(ABSURD, STAGES * shorter)
     timestep = with_rk4 if cheaper else shorter
+    change, why = "grows", "is explicit in gyroscopic forces"
+    if spin.rate < 0:
+        change, why = "decays", "damps it, so that a torque can tip the body"
     yield Failure(
         label(model, "body", spin.body),
-        f"{spin.verb} with {spin.speed:.3g} rad/s{spin.where}, and its wobble grows e-fold within"
-        f" {1 / spin.rate:.2g} s, since the integrator {spin.integrator} is explicit in gyroscopic"
-        f" forces; take {' or '.join(remedies) or 'a shorter timestep'}",
+        f"{spin.verb} with {spin.speed:.3g} rad/s{spin.where}, and its wobble {change} e-fold"
+        f" within {1 / abs(spin.rate):.2g} s, since the integrator {spin.integrator} {why}; take"
+        f" {' or '.join(remedies) or 'a shorter timestep'}",
         spin.number,
         timestep if timestep > ABSURD else math.inf,
         integrator="RK4" if cheaper else "",

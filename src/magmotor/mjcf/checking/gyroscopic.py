@@ -1,10 +1,10 @@
-"""Bodies that spin so fast that an integrator, explicit in gyroscopic forces, makes them wobble.
+"""Bodies that spin so fast that an integrator makes their wobble grow, or damps it.
 
 Linearized about its velocities, a tree of bodies has the accelerations A dv, where A = M^-1 D and D
 is MuJoCo's derivative of gyroscopic forces and damping. In one step, an integrator multiplies dv by
 1 + R D, where R is how it turns forces into velocities: h M^-1 for Euler's method without damping.
 So a wobble, which is an eigenvalue i nu of A, is multiplied by 1 + i nu h, and grows at the rate
-nu^2 h/2. See docs/bodies_that_spin.md.
+nu^2 h/2. Implicit methods damp it at the same rate. See docs/bodies_that_spin.md.
 """
 
 import copy
@@ -53,11 +53,11 @@ class Spin(NamedTuple):
     verb: str
     where: str
     rate: float
-    """Of the growth, in 1/s."""
+    """Of the growth, in 1/s; negative if the wobble decays, but should not."""
     number: int
-    """Number of trees of bodies whose spin grows in this state."""
+    """Number of trees of bodies whose spin is not kept in this state."""
     timestep: float
-    """The longest one in s, up to the model's, at which nothing grows; 0 if none is found."""
+    """The longest one in s, up to the model's, at which none errs; 0 if none is found."""
     of_rk4: float
     """The same for RK4."""
     integrator: str
@@ -81,8 +81,8 @@ class Tree(NamedTuple):
     rigid: bool
 
 
-def growing_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
-    """Return the spin that grows fastest, of the state, of keyframes, and of what drives them."""
+def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
+    """Return the spin whose wobble errs most, of the state, of keyframes, and of what drives them."""
     probe, step, worst = copy.copy(model), float(model.opt.timestep), None
     probe.opt.enableflags = 0
     probe.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
@@ -92,13 +92,14 @@ def growing_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
         trees = _trees(probe, data, step)
         trees = [tree for tree in trees if tree.turns]
         rates = np.array([_growth(tree, step, int(probe.opt.integrator)) for tree in trees])
-        if rates.max(initial=0.0) <= max(1 / LONG, worst.rate if worst else 0.0):
+        if abs(rates).max(initial=0) <= max(1 / LONG, abs(worst.rate) if worst else 0.0):
             continue
-        members = probe.body_treeid == trees[rates.argmax()].number
+        fastest = abs(rates).argmax()
+        members = probe.body_treeid == trees[fastest].number
         speeds = np.where(members, np.linalg.norm(data.cvel[:, :3], axis=1), 0)
         worst = Spin(
-            int(speeds.argmax()), float(speeds.max()), verb, where, float(rates.max()),
-            int((rates > 1 / LONG).sum()), *(
+            int(speeds.argmax()), float(speeds.max()), verb, where, float(rates[fastest]),
+            int((abs(rates) > 1 / LONG).sum()), *(
                 _longest_step(probe, data, step, integrator)
                 for integrator in (int(probe.opt.integrator), RK4)
             ), NAMES[int(probe.opt.integrator)],
@@ -154,7 +155,10 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
 
 
 def _growth(tree: Tree, step: float, integrator: int) -> float:
-    """Return the rate in 1/s at which the integrator, not the motion itself, lets a wobble grow."""
+    """Return the rate in 1/s at which the integrator, not the motion itself, lets a wobble grow.
+
+    It is negative where the integrator damps a wobble.
+    """
     matrix = np.linalg.solve(tree.inertia, tree.slopes)
     speeds, modes = np.linalg.eig(matrix)
     if integrator == RK4:
@@ -163,13 +167,15 @@ def _growth(tree: Tree, step: float, integrator: int) -> float:
         gains = np.einsum("ij,ij->j", modes.conj(), tree.responses @ tree.inertia @ modes)
         factors = 1 + speeds * gains / (abs(modes) ** 2).sum(axis=0)
     lasts, decay = _lasting(tree, matrix), np.minimum(speeds.real, 0)
-    rates = lasts * (np.log(np.maximum(abs(factors), 1e-300)) / step - speeds.real) + decay
+    errors = lasts * (np.log(np.maximum(abs(factors), 1e-300)) / step - speeds.real)
+    wobbles = abs(speeds.imag) > abs(speeds.real)
+    rates, loss = errors + decay, errors[wobbles].min(initial=0)
     excess = abs(tree.responses @ tree.inertia / step - np.eye(len(matrix))).max()
     if tree.rigid and integrator != RK4 and excess < EXPLICIT * step * abs(matrix).max():
         tumbling = TUMBLING * speeds.real.max() ** 2
         frequencies = np.array([tumbling, _energy_growth(tree, matrix)])
         rates = np.append(rates, lasts * step / 2 * frequencies)
-    return float(rates.max())
+    return float(rates.max() if rates.max() > -loss else loss)
 
 
 def _lasting(tree: Tree, matrix: Array) -> float:
@@ -200,7 +206,7 @@ def _energy_growth(tree: Tree, matrix: Array) -> float:
 def _longest_step(
     model: mujoco.MjModel, data: mujoco.MjData, step: float, integrator: int
 ) -> float:
-    """Return the longest timestep in s, up to `step`, at which no wobble grows; 0 if none is found.
+    """Return the longest timestep in s, up to `step`, at which no wobble errs; 0 if none is found.
 
     With RK4, it also resolves the wobble.
     """
@@ -208,10 +214,10 @@ def _longest_step(
     model.opt.integrator = integrator
     for _ in range(TRIES):
         trees = [tree for tree in _trees(model, data, longest) if tree.turns or integrator == RK4]
-        excess = LONG * max(_growth(tree, longest, integrator) for tree in trees)
+        excess = LONG * max(abs(_growth(tree, longest, integrator)) for tree in trees)
         if integrator == RK4:
             product = longest * max(_fastest(tree) for tree in trees if tree.turns)
-            excess = product / RESOLVED if product > RESOLVED else excess
+            excess = product / RESOLVED if product > RESOLVED else excess**0.2  # it is as h^5
         if excess <= 1:
             break
         longest = 0.999 * longest / min(excess, 1e3)
