@@ -82,7 +82,7 @@ class Tree(NamedTuple):
 
 
 def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
-    """Return the spin whose wobble errs most, of the state, of keyframes, and of what drives them."""
+    """Return the spin whose wobble errs most: of the state, of keyframes, or driven."""
     probe, step, worst = copy.copy(model), float(model.opt.timestep), None
     probe.opt.enableflags = 0
     probe.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
