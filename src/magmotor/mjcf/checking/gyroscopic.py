@@ -80,6 +80,10 @@ class Tree(NamedTuple):
     """Whether it moves, and can turn about all axes."""
     rigid: bool
 
+    def matrix(self) -> Array:
+        """Return A, shape (n, n)."""
+        return np.asarray(np.linalg.solve(self.inertia, self.slopes), float)
+
 
 def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
     """Return the spin whose wobble errs most: of the state, of keyframes, or driven."""
@@ -97,13 +101,18 @@ def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
         fastest = abs(rates).argmax()
         members = probe.body_treeid == trees[fastest].number
         speeds = np.where(members, np.linalg.norm(data.cvel[:, :3], axis=1), 0)
+        steps = [_longest_step(probe, data, step, k) for k in (int(probe.opt.integrator), RK4)]
         worst = Spin(
-            int(speeds.argmax()), float(speeds.max()), verb, where, float(rates[fastest]),
-            int((abs(rates) > 1 / LONG).sum()), *(
-                _longest_step(probe, data, step, integrator)
-                for integrator in (int(probe.opt.integrator), RK4)
-            ), NAMES[int(probe.opt.integrator)],
-        )  # fmt: skip
+            body=int(speeds.argmax()),
+            speed=float(speeds.max()),
+            verb=verb,
+            where=where,
+            rate=float(rates[fastest]),
+            number=int((abs(rates) > 1 / LONG).sum()),
+            timestep=steps[0],
+            of_rk4=steps[1],
+            integrator=NAMES[int(probe.opt.integrator)],
+        )
     return worst
 
 
@@ -146,11 +155,11 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
     found = []
     for number, (start, count) in enumerate(zip(model.tree_dofadr, model.tree_dofnum, strict=True)):
         own = slice(start, start + count)
-        parts = [part[own, :count] for part in (inertia, slopes, responses)]
+        mass, slope, response = (part[own, :count] for part in (inertia, slopes, responses))
         moves = qvel[own].any() and np.linalg.matrix_rank(data.cdof[own, :3]) == 3
         rigid = RIGID.get(int(model.jnt_type[model.dof_jntid[start]])) == count
-        if np.isfinite(parts).all():
-            found.append(Tree(number, qvel[own], *parts, bool(moves), rigid))
+        if np.isfinite([mass, slope, response]).all():
+            found.append(Tree(number, qvel[own], mass, slope, response, bool(moves), rigid))
     return found
 
 
@@ -159,8 +168,9 @@ def _growth(tree: Tree, step: float, integrator: int) -> float:
 
     It is negative where the integrator damps a wobble.
     """
-    matrix = np.linalg.solve(tree.inertia, tree.slopes)
-    speeds, modes = np.linalg.eig(matrix)
+    matrix = tree.matrix()
+    found = np.linalg.eig(matrix)
+    speeds, modes = found[0].astype(np.complex128), found[1].astype(np.complex128)
     if integrator == RK4:
         factors = np.polyval(np.array([1 / 24, 1 / 6, 1 / 2, 1, 1]), speeds * step)
     else:
@@ -210,20 +220,17 @@ def _longest_step(
 
     With RK4, it also resolves the wobble.
     """
-    before, longest = int(model.opt.integrator), step
+    before, longest, excess = int(model.opt.integrator), step, math.inf
     model.opt.integrator = integrator
     for _ in range(TRIES):
         trees = [tree for tree in _trees(model, data, longest) if tree.turns or integrator == RK4]
         excess = LONG * max(abs(_growth(tree, longest, integrator)) for tree in trees)
         if integrator == RK4:
-            product = longest * max(_fastest(tree) for tree in trees if tree.turns)
+            spinning = [np.linalg.eigvals(tree.matrix()) for tree in trees if tree.turns]
+            product = longest * float(abs(np.concatenate(spinning)).max())
             excess = product / RESOLVED if product > RESOLVED else excess**0.2  # it is as h^5
         if excess <= 1:
             break
         longest = 0.999 * longest / min(excess, 1e3)
     model.opt.integrator = before
     return longest if excess <= 1 and math.isfinite(excess) else 0.0
-
-
-def _fastest(tree: Tree) -> float:
-    return float(abs(np.linalg.eigvals(np.linalg.solve(tree.inertia, tree.slopes))).max())
