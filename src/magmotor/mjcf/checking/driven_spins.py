@@ -23,7 +23,9 @@ def driven_velocities(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[t
     speeds = _speeds(model, state)
     driven = np.where(speeds != 0, speeds, state.qvel)
     if speeds.any():
-        yield " as its actuators can turn it", driven
+        yield " as its actuators can turn it", driven.copy()
+    if not driven.any():
+        return
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = state.qpos, driven
     mujoco.mj_fwdPosition(model, data)

@@ -87,11 +87,14 @@ class Tree(NamedTuple):
 
 def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
     """Return the spin whose wobble errs most: of the state, of keyframes, or driven."""
+    moving = [each for each in _spins(model, state) if each[-1].any()]
+    if not moving:
+        return None
     probe, step, worst = copy.copy(model), float(model.opt.timestep), None
     probe.opt.enableflags = 0
     probe.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     data = mujoco.MjData(probe)
-    for verb, where, qpos, qvel in _spins(model, state):
+    for verb, where, qpos, qvel in moving:
         data.qpos[:], data.qvel[:] = qpos, qvel
         trees = _trees(probe, data, step)
         trees = [tree for tree in trees if tree.turns]
