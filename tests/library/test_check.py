@@ -653,6 +653,45 @@ def test_fix_sets_what_has_the_parameters(change, named):
     assert 0 < 1e-2 - distances[-1] < 2.5e-4  # 1e-4
 
 
+@pytest.mark.parametrize(
+    ("contact", "option"),
+    [("", ""), ('<pair geom1="left" geom2="right"/>', ""), ("", '<flag override="enable"/>')],
+)
+def test_fix_sets_the_same_in_a_spec(contact, option):
+    """The order of a spec's geoms is not that of the compiled ones."""
+    bodies = [
+        magnet(name, place, 5e-3, remanence=STRONGEST, density=NEODYMIUM)
+        for name, place in (("left", 0), ("right", 0.02))
+    ]
+    spec = mujoco.MjSpec.from_string(
+        MODEL.format(option="", bodies="".join(bodies), contact=contact).replace(
+            "<custom>", f"<option>{option}</option><custom>"
+        )
+    )
+    spec.bodies[1].add_geom(size=[1e-3] * 3, pos=[0.2, 0, 0], contype=0, conaffinity=0)
+    model = spec.compile()
+    proposed = mm.check(spec)
+    assert spec.option.timestep == 2e-3
+    assert spec.compile().geom_solref.tolist() == model.geom_solref.tolist()
+    assert mm.check(spec, mujoco.MjData(model), fix=True).solref == proposed.solref
+    fixed = mm.check(model, fix=True)
+    assert fixed.solref == proposed.solref
+    for compiled in (spec.compile(), mujoco.MjModel.from_xml_string(spec.to_xml())):
+        assert compiled.opt.timestep == model.opt.timestep == fixed.timestep
+        assert compiled.geom_solref.tolist() == model.geom_solref.tolist()
+        assert compiled.pair_solref.tolist() == model.pair_solref.tolist()
+        assert compiled.opt.o_solref.tolist() == model.opt.o_solref.tolist()
+        assert mm.check(compiled).findings == ()
+
+
+def test_a_spec_that_does_not_compile_is_rejected():
+    spec = mujoco.MjSpec.from_string(
+        "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
+    )
+    with pytest.raises(ValueError, match="MuJoCo cannot compile the model: "):
+        mm.check(spec)
+
+
 @pytest.mark.parametrize(("solref", "longest"), [((-2e8, -40000), 2.5e-5), ((1e-4, 1), 5e-5)])
 def test_a_contact_that_is_stiff_enough_may_need_a_shorter_timestep(solref, longest):
     model = pair(gap=0.01)

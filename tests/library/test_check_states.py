@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.mjcf.checking import touch
 
 PLACED = """
 <mujoco>
@@ -94,6 +95,56 @@ def test_forces_beyond_the_range_of_numbers(moment):
     found = mm.check(model)
     assert found.timestep == 1e-4
     assert (found.findings == ()) == (moment < 1)
+
+
+@pytest.mark.parametrize("number", ["1e160", "1e300", "1e308"])
+@pytest.mark.parametrize(
+    ("custom", "actuator", "moment"),
+    [
+        ("", "", 1),
+        ("coil", "", 0),
+        ("coil", 'ctrlrange="-{number} {number}"', 0),
+        ('<numeric name="field" data="{number} 0 0"/>', "", 0),
+        ('<numeric name="field" data="0 0 0 {number} 0 0 {number} 0"/>', "", 0),
+    ],
+)
+def test_numbers_that_overflow_are_a_finding(number, custom, actuator, moment):
+    text = custom.format(number=number)
+    if custom == "coil":
+        text = COIL.format(0 if actuator else number, "first")
+    model = PLACED.format(
+        place="0.1 0 0.05", moment="{moment}", custom=text, world=""
+    ).replace("{moment}", number if moment else "0.5", 1).replace("{moment}", "0.5")  # fmt: skip
+    drive = ACTUATOR.format(actuator.format(number=number))
+    found = mm.check(mujoco.MjModel.from_xml_string(model.replace("</mujoco>", drive)))
+    words = "faster than numbers can be", "not finite", "of neodymium magnets"
+    assert any(word in str(found) for word in words)
+    assert 1e-9 < found.timestep <= 1e-4
+
+
+def test_the_work_for_pieces_of_iron_grows_as_their_number(monkeypatch):
+    """400 pieces on one body took minutes, since each was compared with all pairs of others."""
+    counts, depth = [], touch.depth_and_normal
+    element = '<element objtype="geom" objname="{}"/>'
+    geom = '<geom name="{}" type="box" size=".005 .005 .005" pos="0 {} 0"/>'
+    magnet = '<body pos="0 0 .1"><freejoint/><geom size=".005"/><site user=".5"/></body>'
+    for number in (10, 40):
+        calls = []
+
+        def count(*arguments, calls=calls):
+            calls.append(len(arguments[-1]))
+            return depth(*arguments)
+
+        monkeypatch.setattr(touch, "depth_and_normal", count)
+        geoms = "".join(geom.format(k, 0.02 * k) for k in range(number))
+        text = BAR.format("".join(element.format(k) for k in range(number)), geoms)
+        text = text.replace("iron fields", "iron dipoles fields")
+        model = mujoco.MjModel.from_xml_string(
+            text.replace("</worldbody>", magnet + "</worldbody>")
+        )
+        assert "will fly apart once they touch" in str(mm.check(model))
+        counts.append(len(calls))
+    assert counts[1] < 6 * counts[0]  # 3.9
 
 
 COIL = """<tuple name="coil"><element objtype="actuator" objname="current" prm="{}"/>
@@ -278,3 +329,73 @@ def test_a_driven_field_without_limits_is_taken_at_1_whatever_its_control():
         data.ctrl[0] = control
         (finding,) = mm.check(model, data).findings
         assert finding.startswith("body 'ball' can swing or turn with omega = 3.21e+04 rad/s")
+
+
+SPHERES = """
+<mujoco>
+  <custom>
+    <text name="magmotor" data="iron fields"/><numeric name="steel" data="{chi}"/>
+    <numeric name="field" data="0 0 0.02"/>
+    <tuple name="iron"><element objtype="numeric" objname="steel"/>
+      <element objtype="geom" objname="one"/><element objtype="geom" objname="other"/></tuple>
+  </custom>
+  <default><geom margin="{margin}"/></default>
+  <worldbody>
+    <body>{joint}<geom name="one" size="0.005"/></body>
+    <body pos="{place} 0 0">{joint}<geom name="other" size="0.005" {geom}/></body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("parts", "found"),
+    [
+        ({}, 1),
+        ({"place": 0.5}, 1),  # free, they can come
+        ({"joint": '<joint axis="1 0 0"/>'}, 1),
+        ({"joint": '<joint axis="1 0 0"/>', "place": 0.5}, 0),
+        ({"margin": 1.25e-3}, 0),
+        ({"margin": 1.2e-3}, 1),
+        ({"geom": 'contype="0" conaffinity="0"'}, 0),
+        ({"chi": 0.5}, 0),
+    ],
+)
+def test_iron_that_can_touch_other_iron(parts, found):
+    """The factors are those of docs/fields_coils_iron.md, which test_iron_at_short_range judges."""
+    text = {"chi": 1000, "margin": 0, "joint": "<freejoint/>", "place": 0.01, "geom": ""} | parts
+    findings = mm.check(mujoco.MjModel.from_xml_string(SPHERES.format(**text))).findings
+    sentence = (
+        "geom 'one' and geom 'other' are pieces of iron that can touch, where one dipole each"
+    )
+    assert [each.startswith(sentence) for each in findings] == [True] * found
+
+
+UNITS = """
+<mujoco>
+  <custom><text name="magmotor" data="dipoles fields"/>{custom}</custom>
+  <worldbody>
+    <site pos="0 0 {height}" user="{moment}"/>
+    <body name="needle"><joint type="ball"/>
+      <geom type="capsule" size="{size} {size}" density="7500"/>
+      <site zaxis="1 0 0" user="{moment}"/></body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("parts", "found"),
+    [
+        ({}, 0),
+        ({"height": 0.5}, 0),
+        ({"height": 100}, 1),  # positions in mm, sizes in m
+        ({"height": 100, "size": 5}, 1),  # all in mm
+        ({"height": 6.4e6, "moment": 8e22, "size": 0.02}, 0),
+        ({"height": 100, "custom": '<numeric name="field" data="2e-5 0 0"/>'}, 0),
+    ],
+)
+def test_magnets_that_are_absurdly_far_from_each_other(parts, found):
+    text = {"height": 0.1, "moment": 0.5, "size": 0.005, "custom": ""} | parts
+    findings = mm.check(mujoco.MjModel.from_xml_string(UNITS.format(**text))).findings
+    said = [each for each in findings if "hardly feels any other magnet" in each]
+    assert len(said) == found
+    assert all(each.endswith("are all lengths in meters?") for each in said)

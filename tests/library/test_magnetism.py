@@ -484,6 +484,27 @@ def test_coinciding_dipoles_are_named():
     assert data.pstack == 0
 
 
+def test_dipoles_that_coincide_without_acting_are_not_named_in_place_of_those_that_act():
+    """The first two coincide, too, but their coupling is 0."""
+    body = (
+        '<body name="{0}" pos="{1} 0 0"><freejoint/><geom size="0.1"/><site name="{0}" user="1"/>'
+    )
+    pairs = ("one", 0), ("other", 0), ("left", 1), ("right", 1)
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco>
+        <custom><text name="magmotor" data="dipoles couplings"/></custom>
+        {coupling("coupling", "one", "other", prm=(0, 0))}
+        <worldbody>{"".join(body.format(*each) + "</body>" for each in pairs)}</worldbody>
+        </mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    with pytest.raises(ValueError, match=r"'right'.*'left' coincide"):
+        mm.magnetic_energy(model, data)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=r"'right'.*'left' coincide"):
+        mujoco.mj_forward(model, data)
+
+
 def test_dipoles_that_coincide_must_act_on_one_another():
     """The ball's dipole coincides with one of the ring, and two immovable ones coincide as well."""
     twins = '<body mocap="true"><site name="t{0}" pos="9 9 9" user="1"/></body>'

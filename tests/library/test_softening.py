@@ -130,3 +130,36 @@ def test_flags_without_a_potential_are_refused(flag):
     model.opt.enableflags |= int(bit)
     with pytest.raises(ValueError, match=f"^flag {flag} = 'enable': must be 'disable', since the"):
         mm.Langevin(model, kT=0.2)
+
+
+@pytest.mark.parametrize(
+    ("shape", "number"),
+    [
+        ('type="sphere" size="0.1"', 1),
+        ('type="capsule" size="0.1 0.2" quat="1 0 1 0"', 2),
+        ('type="box" size="0.1 0.1 0.1"', 4),
+    ],
+)
+def test_each_contact_of_one_body_adds_to_the_stiffness(shape, number):
+    """As many as MuJoCo makes when the body lies on the floor: softer by the root of that."""
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco>
+          <option gravity="0 0 0" timestep="{STEP}"/>
+          <default><geom condim="1" solref="0.001 1"/></default>
+          <worldbody>
+            <geom type="plane" size="1 1 1"/>
+            <body pos="0 0 0.0999">
+              <joint type="slide" axis="0 0 1" damping="0.1"/><geom {shape} mass="1"/>
+            </body>
+          </worldbody>
+        </mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ncon == number
+    with pytest.warns(UserWarning, match="soft constraints are softened"):
+        langevin = mm.Langevin(model, kT=0.2)
+    constant, impedance = langevin.effective_model.geom_solref[1, 0], model.geom_solimp[1, 1]
+    frequency = 1 / (constant * np.sqrt(1 - impedance))
+    product = STEP * np.sqrt(number) * frequency
+    assert product == pytest.approx(0.5, rel=1e-9)

@@ -41,6 +41,7 @@ WHOLE = {
     "advice.md",
     "tutorial.md",
     "how_it_works.md",
+    "bodies_that_spin.md",
     "contact.md",
     "data.md",
     "desk_motor.md",

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mujoco
 import pytest
 
 import magmotor as mm
@@ -129,11 +130,59 @@ def test_check_says_that_nothing_acts_and_names_sites_that_are_no_dipoles(run, t
     (tmp_path / "needle.xml").write_text(NEEDLE.format(' user="5"'))
     assert run("check needle.xml") == (0, "nothing to fix\n", "")
     (tmp_path / "empty.xml").write_text("<mujoco/>")
-    note = "note: nothing acts on this model: it has no dipoles, fields, coils or iron\n"
-    assert run("check empty.xml") == (0, "nothing to fix\n" + note, "")
+    line = "nothing acts on this model: it has no dipoles, fields, coils or iron\n"
+    assert run("check empty.xml") == (0, line, "")
     code, said, error = run("view needle.xml --web --method rk4")
     sentence = "unrecognized or misplaced options: --method rk4; see magmotor view model --help\n"
     assert (code, said, error) == (2, "", f"magmotor view: {sentence}")
+
+
+PARTED = """
+<mujoco>
+  <compiler meshdir="assets"/>
+  <include file="common.xml"/>
+  <extension>
+    <plugin plugin="magmotor.forces">
+      <instance name="magnets"><config key="act" value="dipoles"/></instance>
+    </plugin>
+  </extension>
+  <asset><mesh name="tip" file="tip.obj"/></asset>
+  <worldbody>
+    <body name="one"><freejoint/><geom class="ball"/><site user="0.54"/>
+      <geom type="mesh" mesh="tip" contype="0" conaffinity="0"/></body>
+    <body name="other" pos="0 0 0.05"><freejoint/><geom class="ball"/><site user="0.54"/></body>
+  </worldbody>
+  <keyframe><key name="spin" qvel="0 0 0 0 0 0 0 0 0 0 0 90"/></keyframe>
+</mujoco>"""
+COMMON = """
+<mujocoinclude>
+  <default>
+    <default class="ball"><geom size="0.005" density="7500" solref="0.01 1"/></default>
+  </default>
+</mujocoinclude>"""
+TIP = "v 0 0 0\nv 1e-3 0 0\nv 0 1e-3 0\nv 0 0 1e-3\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+
+
+@pytest.mark.parametrize("target", ["parts/fixed.xml", "elsewhere/fixed.xml"])
+def test_check_writes_a_file_with_what_it_proposes(run, tmp_path, target):
+    """With an included file, a default class and a mesh in a folder of its own."""
+    (tmp_path / "parts" / "assets").mkdir(parents=True)
+    for name, text in {"model.xml": PARTED, "common.xml": COMMON, "assets/tip.obj": TIP}.items():
+        (tmp_path / "parts" / name).write_text(text)
+    code, said, error = run(f"check parts/model.xml --fix {target}")
+    assert (code, error) == (0, "")
+    assert said.endswith(f"set: timestep 0.00016 s\nwrote {target}\nin {target}:\nnothing to fix\n")
+    before, after = (
+        mujoco.MjModel.from_xml_path(str(tmp_path / path)) for path in ("parts/model.xml", target)
+    )
+    assert before.opt.timestep == 0.002
+    assert after.opt.timestep == 0.00016
+    assert after.geom_solref.tolist() == [[0.00032, 1], [0.02, 1], [0.00032, 1]]
+    assert (after.geom_size == before.geom_size).all()
+    assert (after.site_user == before.site_user).all()
+    assert run(f"check {target}")[0] == 0
+    sentence = "magmotor check: fix = 'fixed.json': must end in .xml\n"
+    assert run("check parts/model.xml --fix fixed.json") == (2, "", sentence)
 
 
 @pytest.mark.filterwarnings("default:.*MuJoCo drops")
@@ -143,9 +192,10 @@ def test_check_and_describe_name_a_plugin_that_mujoco_drops(run, tmp_path):
     (tmp_path / "needle.xml").write_text(text[:start] + text[end:])
     warning = "needle.xml: MuJoCo drops a <plugin> without an <instance>, so that nothing acts by"
     note = "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only\n"
-    for command, ends in (("check", "nothing to fix\n" + note), ("describe", "")):
+    for command, ends, found in (("check", note, 1), ("describe", "", 0)):
         code, said, error = run(f"{command} needle.xml")
-        assert code == 0
+        assert code == found
+        assert "nothing to fix" not in said
         assert error.startswith(f"magmotor {command}: {warning}")
         assert said.endswith(ends)
     (tmp_path / "needle.xml").write_text(text)

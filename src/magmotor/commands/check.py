@@ -1,16 +1,20 @@
 """Find what will fail in a model with magnets, and which settings work.
 
-The exit code is 1 if there are findings.
+The exit code is 1 if there are findings; with --fix, if some remain.
 """
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
+import mujoco
 import tyro
 
-from magmotor.commands.model_file import answer, ignore_idle, read
+from magmotor.commands.model_file import answer, ignore_idle, is_dropped, read
+from magmotor.commands.output import writes, written_whole
 from magmotor.commands.parsing import parse_options
-from magmotor.mjcf.checking.check import check
+from magmotor.common.checks import reject
+from magmotor.mjcf.checking.check import check, examined
 from magmotor.mjcf.describe import described
 
 FOUND = 1
@@ -25,6 +29,8 @@ class Options:
     """MJCF file"""
     keyframe: str = ""
     """name of the keyframe to check; by default the model's initial state"""
+    fix: Path | None = None
+    """MJCF file to write: the whole model, with what is proposed; MuJoCo writes six digits"""
 
 
 def main() -> None:
@@ -37,12 +43,35 @@ def main() -> None:
 def report(options: Options) -> None:
     """Print the findings; the exit code is 1 if there are some."""
     model, data = read(options.model, options.keyframe)
-    found, description = check(model, data), described(model)
+    if options.fix:
+        write_fixed(options.model, data, options.fix)
+        print(f"in {options.fix}:")
+        model, data = read(options.fix, options.keyframe)
+    dropped = options.model.suffix.lower() != ".mjb" and is_dropped(options.model, model)
+    found = examined(model, data)
+    if found.findings or not dropped:  # which has been said
+        print(found)
+    description = described(model)
     if description.acting and not description.plugin:
         print(
             "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only"
         )
-    if found.findings:
+    if found.findings or dropped:
         raise SystemExit(FOUND)
-    if not description.acting:
-        print("note: nothing acts on this model: it has no dipoles, fields, coils or iron")
+
+
+def write_fixed(path: Path, data: mujoco.MjData, target: Path) -> None:
+    """Write the model of an MJCF file with the settings that `check` proposes."""
+    if target.suffix.lower() != ".xml":
+        raise reject("fix", str(target), "must end in .xml")
+    if path.suffix.lower() == ".mjb":
+        raise reject("path", str(path), "must be an MJCF file, to be fixed")
+    spec = mujoco.MjSpec.from_file(str(path))
+    check(spec, data, fix=True)
+    here, there = path.parent.resolve(), target.parent.resolve()
+    for kind in ("meshdir", "texturedir") if here != there else ():  # relative to the file
+        setattr(spec, kind, os.path.relpath(here / getattr(spec, kind), there))
+    verb = writes(target)
+    with written_whole(target) as part:
+        part.write_text(spec.to_xml(), encoding="utf-8", newline="\n")
+    print(f"{verb} {target}")

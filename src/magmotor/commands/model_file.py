@@ -38,7 +38,7 @@ def load(path: Path) -> mujoco.MjModel:
             model = mujoco.MjModel.from_xml_path(str(path))
         except ValueError as error:
             raise ValueError(f"cannot load {shown(path)}: {in_words(str(error))}") from None
-        if model.nplugin == 0 and any(name.encode() in path.read_bytes() for name in PLUGINS):
+        if is_dropped(path, model):
             warnings.warn(f"{shown(path)}: {DROPPED}", stacklevel=2)
         return model
     with quiet():
@@ -47,6 +47,11 @@ def load(path: Path) -> mujoco.MjModel:
         except ValueError:
             sentence = f"must be a model that MuJoCo {mujoco.__version__} has compiled"
             raise reject("path", str(path), sentence) from None
+
+
+def is_dropped(path: Path, model: mujoco.MjModel) -> bool:
+    """Whether MuJoCo has dropped the plugin that the file of a model names."""
+    return model.nplugin == 0 and any(name.encode() in path.read_bytes() for name in PLUGINS)
 
 
 def ignore_idle() -> None:

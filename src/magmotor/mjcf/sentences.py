@@ -99,6 +99,9 @@ def _tuple_error(kind: str, sentences: dict[int, str]) -> Callable[..., str]:
 def _outside(number: int, name: str, other: int, table: str, details: Details) -> str:
     """Say whether a dipole is outside a grid or at a node that is not finite, with both places."""
     position, counts, first, spacing = (details[k : k + 3] for k in (1, 4, 7, 10))
+    if not all(spacing):  # a gradient
+        what = f"where numeric {other} {table!r} gives a force that is not finite"
+        return f"{_dipole(number, name, bool(details[0]))} is {what}"
     axes = [*zip(position, counts, first, spacing, strict=True)]
     inside = all(0.0 <= (x - start) * (1.0 / step) <= n - 1 for x, n, start, step in axes)
     last = [start + (n - 1) * step for _, n, start, step in axes]

@@ -10,7 +10,13 @@ import numpy as np
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.checking.findings import Failure, failures
+from magmotor.mjcf.describe import described
 from magmotor.mjcf.langevin.temperature import joined
+from magmotor.mjcf.parts import compiled
+
+SOUND = "nothing to fix"
+EMPTY = "nothing acts on this model: it has no dipoles, fields, coils or iron"
+"""What the text says without findings."""
 
 LISTED = 4
 """Largest number of names that the text lists."""
@@ -30,37 +36,51 @@ class Check:
     solref : dict of str to (float, float)
         Proposed time constant in s and damping ratio of the contacts of each geom, contact pair or
         option that holds too weakly.
+    integrator : str
+        "RK4" if it is proposed, for a body that spins; "" if the model's own stays.
     settings : tuple of str
         What is proposed or has been set, as text.
+    acting : bool
+        Whether anything of magmotor acts on the model.
     """
 
     findings: tuple[str, ...]
     timestep: float
     solref: dict[str, tuple[float, float]]
+    integrator: str
     settings: tuple[str, ...]
+    acting: bool
 
     def __str__(self) -> str:
         """Return one line for each finding and each setting."""
-        return "\n".join([*self.findings, *self.settings] or ["nothing to fix"])
+        return "\n".join([*self.findings, *self.settings] or [SOUND if self.acting else EMPTY])
 
 
 @checked
-def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool = False) -> Check:
+def check(
+    model: mujoco.MjSpec | mujoco.MjModel,
+    data: mujoco.MjData | None = None,
+    *,
+    fix: bool = False,
+) -> Check:
     """Print and return which parts of a model with magnets will fail, and settings that prevent it.
 
     It compares the frequencies of the magnets with the timestep, in the state given and where their
     geoms touch; the contacts, and limits of slides, with the forces that they must hold, also on a
-    plane of iron; and noise with damping. It finds dipoles that can come nearer to each other than
-    their geoms or than others of their layout, dipoles where no force is defined, magnets that
-    overlap, and iron that one dipole does not describe.
+    plane of iron; spins, in the state given and in keyframes, with what the integrator keeps (see
+    the page "Bodies that spin"); and noise with damping. It finds dipoles that can come nearer to
+    each other than their geoms or than others of their layout, dipoles where no force is defined,
+    magnets that overlap, and iron that one dipole does not describe.
 
     Parameters
     ----------
-    model : mujoco.MjModel
+    model : mujoco.MjModel or mujoco.MjSpec
+        A spec is compiled, which numbers its elements.
     data : mujoco.MjData, optional
         The state; default: the initial one.
     fix : bool, default False
-        Set the proposed timestep and `solref` in the model.
+        Set the proposed timestep, `solref` and integrator in the model or the spec; then
+        `spec.to_xml()` contains them, too.
 
     Returns
     -------
@@ -69,8 +89,8 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     Raises
     ------
     ValueError
-        The model's timestep or mark, or something that the mark names, is invalid; or the data are
-        not finite or belong to another model.
+        The spec does not compile; the model's timestep or mark, or something that the mark names,
+        is invalid; or the data are not finite or belong to another model.
 
     Examples
     --------
@@ -93,6 +113,21 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     >>> found = mm.check(model)
     nothing to fix
     """
+    result = examined(model, data, fix=fix)
+    print(result)
+    return result
+
+
+def examined(
+    model: mujoco.MjSpec | mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool = False
+) -> Check:
+    """Do what `check` does, but print nothing."""
+    if isinstance(model, mujoco.MjSpec):
+        own = compiled(model)
+        result = examined(own, data, fix=fix)
+        if fix:
+            _copy_settings(own, model)
+        return result
     check_number("timestep of the model", model.opt.timestep, above=0)
     with np.errstate(all="ignore"):
         found = [*failures(model, _state(model, data))]
@@ -109,18 +144,33 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
         settings.append(f"{done}: {shown} of {_listed([*constants])}")
     if timestep < model.opt.timestep:
         settings.append(f"{done}: timestep {timestep:g} s")
+    integrator = next((failure.integrator for failure in found if failure.integrator), "")
+    if integrator:
+        settings.append(f"{done}: integrator {integrator}")
     if fix:
         model.opt.timestep = timestep
+        if integrator:
+            model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
         for name, row in numbers.items():
             row[:2] = constants[name], 1.0
-    result = Check(
+    return Check(
         findings=tuple(_merged(found)),
         timestep=timestep,
         solref={name: (constant, 1.0) for name, constant in constants.items()},
+        integrator=integrator,
         settings=tuple(settings),
+        acting=bool(described(model).acting),
     )
-    print(result)
-    return result
+
+
+def _copy_settings(model: mujoco.MjModel, spec: mujoco.MjSpec) -> None:
+    """Set in a spec what `fix` sets in the model compiled from it."""
+    spec.option.timestep, spec.option.integrator = model.opt.timestep, model.opt.integrator
+    spec.option.o_solref = model.opt.o_solref
+    for elements, solref in ((spec.geoms, model.geom_solref), (spec.pairs, model.pair_solref)):
+        for element in elements:
+            if (element.solref != solref[element.id]).any():
+                element.solref = solref[element.id]
 
 
 def _merged(found: list[Failure]) -> Iterator[str]:
@@ -141,7 +191,7 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData | None) -> mujoco.MjData:
     """Return the state with positions, inertia and contacts computed, in an mjData of its own."""
     state = mujoco.MjData(model)
     if data is not None:
-        for name in ("qpos", "mocap_pos", "mocap_quat", "ctrl", "act"):
+        for name in ("qpos", "qvel", "mocap_pos", "mocap_quat", "ctrl", "act"):
             there, here = getattr(data, name), getattr(state, name)
             if there.shape != here.shape:
                 raise reject(f"shape of data.{name}", there.shape, f"must be {here.shape}")

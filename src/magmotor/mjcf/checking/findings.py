@@ -1,6 +1,5 @@
 """What will fail in a model with magnets, one sentence each, and the settings without it."""
 
-import itertools
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -8,6 +7,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import cdist
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
@@ -26,12 +26,15 @@ from magmotor.mjcf.checking.contact_rule import (
     softness,
 )
 from magmotor.mjcf.checking.frequencies import frequencies, frequency_at_touch
+from magmotor.mjcf.checking.geoms import contact_margin, touching_geoms
+from magmotor.mjcf.checking.gyroscopic import unkept_spin
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import SKIPPED, Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.langevin.temperature import MATCH
 from magmotor.mjcf.lookup import disabled, label
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 UNSTABLE, RESOLVED = 2.0, 0.5
 """Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
@@ -52,8 +55,20 @@ WEAK = 1.0
 ROW = 4
 """Number of pieces of iron in a row from which the force is wrong: cubes, by 1.3 times."""
 
+NEAR = 0.5
+"""Gap of two pieces of iron, over the smaller radius, from which one dipole describes each."""
+
+FAR, FAINT, SLOW = 1000.0, 1e-7, 1e-2
+"""Distance of the nearest magnet over the size of one, from which positions are in other units than
+sizes; polarization in T, from which sizes are in other units than moments; and the frequency in
+rad/s below which this is said."""
+
 BENT = 0.3
 """Largest part of the force on a slender piece of weak iron in an applied field that may err."""
+
+
+STAGES = 4
+"""How many times as much as one of Euler's a step of RK4 costs."""
 
 
 class Failure(NamedTuple):
@@ -68,6 +83,8 @@ class Failure(NamedTuple):
     """Time constant of contacts."""
     owners: tuple[tuple[str, Array], ...] = ()
     """What has the parameters of these contacts: name and numbers."""
+    integrator: str = ""
+    """The integrator without it, if that is the cheaper remedy."""
 
 
 def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
@@ -80,6 +97,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     yield from misplaced
     yield from _overlaps(model, state)
     yield from _rows_of_iron(model, state)
+    yield from _iron_that_touches(model, state, description)
     yield from _long_pieces(model, state) if not misplaced else ()
     for pair in pairs:
         if pair.exposed:
@@ -95,7 +113,10 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
                 " one dipole does not describe it, and the force is wrong there, often many times"
                 " too strong; for a wide surface that is fixed to the world, take a plane of iron",
             )
-    yield from _fast_magnets(model, {} if misplaced else frequencies(model, state), state, pairs)
+    now = {} if misplaced else frequencies(model, state)
+    yield from _far_magnets(model, now, state, description)
+    yield from _fast_magnets(model, now, state, pairs)
+    yield from _unkept_spins(model, state)
     yield from _noise(description)
 
 
@@ -153,7 +174,9 @@ def _rows_of_iron(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
         geoms = magnet.elements[magnet.responses > 0] - model.nsite
         geoms = geoms[model.geom_type[geoms] != mujoco.mjtGeom.mjGEOM_SPHERE].tolist()
         touching = np.zeros((len(geoms), len(geoms)))
-        for i, j in itertools.combinations(range(len(geoms)), 2):
+        places, radii = state.geom_xpos[geoms], model.geom_rbound[geoms]
+        apart = np.linalg.norm(places[:, np.newaxis] - places, axis=2)
+        for i, j in np.argwhere(np.triu(apart < 1.1 * np.add.outer(radii, radii), 1)).tolist():
             one, other = geoms[i], geoms[j]
             near = float(SUNK * model.geom_rbound[[one, other]].min())
             touching[i, j] = mujoco.mj_geomDistance(model, state, one, other, near, None) < near
@@ -165,6 +188,65 @@ def _rows_of_iron(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
                 f"and {len(own) - 1} other pieces of iron of its body touch, and magnetize each"
                 " other too strongly; make them one geom",
             )
+
+
+def _iron_that_touches(
+    model: mujoco.MjModel, state: mujoco.MjData, found: Description
+) -> Iterator[Failure]:
+    """Yield at most one failure: of pieces of iron on different bodies that may touch."""
+    if "iron" not in found.acting:
+        return
+    strong = np.zeros(model.ngeom, bool)
+    chosen = [geom for geom, value in declared.iron(model).items() if value >= WEAK]
+    strong[chosen] = model.geom_type[chosen] != mujoco.mjtGeom.mjGEOM_PLANE
+    rows = touching_geoms(model)
+    rows = rows[strong[rows[:, :2]].all(axis=1)]
+    ends = rows[:, :2]
+    joints = model.body_jntadr[model.body_weldid[model.geom_bodyid[ends]]]
+    free = (joints >= 0) & (model.jnt_type[joints] == mujoco.mjtJoint.mjJNT_FREE)
+    radii = model.geom_rbound[ends]
+    places = state.geom_xpos[ends]
+    gaps = np.linalg.norm(places[:, 0] - places[:, 1], axis=1) - radii.sum(axis=1)
+    near = NEAR * radii.min(axis=1)
+    rows = rows[free.any(axis=1) | (gaps < near)]
+    margins = np.array([contact_margin(model, *row) for row in rows.tolist()])
+    rows = rows[margins < NEAR * model.geom_rbound[rows[:, :2]].min(axis=1)]
+    if len(rows):
+        yield Failure(
+            " and ".join(label(model, "geom", geom) for geom in rows[0, :2]),
+            "are pieces of iron that can touch, where one dipole each does not describe them: at a"
+            " distance of 2.1 radii, the true force of two spheres is 2.8 times as strong along the"
+            " field, and 0.75 times across it; a margin of a quarter of the radius, for each geom,"
+            " keeps them where it is 1.25 and 0.89 times as strong",
+            len(rows),
+        )
+
+
+def _far_magnets(
+    model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, found: Description
+) -> Iterator[Failure]:
+    """Yield at most one failure: that lengths seem to be in other units than meters."""
+    if "dipoles" not in found.acting or {*found.acting} & {"fields", "iron", "coils"}:
+        return
+    magnets = [magnet for magnet in magnets_of(model, state) if magnet.strengths.any()]
+    moving = [magnet for magnet in magnets if 0 < now.get(magnet.body, 0) < SLOW]
+    if len(moving) < len(now) or not moving:
+        return
+    magnet = max(moving, key=lambda each: now[each.body])
+    geoms = model.body_weldid[model.geom_bodyid] == magnet.body
+    size = float(model.geom_rbound[geoms].max(initial=0))
+    others = np.concatenate([each.positions for each in magnets if each.body != magnet.body])
+    nearest = cdist(magnet.positions, others).min()
+    polarization = VACUUM_PERMEABILITY * magnet.strengths.sum() / max(4 * size**3, 1e-300)
+    if size and (nearest > FAR * size or polarization < FAINT):
+        yield Failure(
+            label(model, "body", magnet.body),
+            "hardly feels any other magnet: they swing it with at most"
+            f" {now[magnet.body]:.2g} rad/s, since the nearest one is {nearest:.3g} m away and it"
+            f" has {magnet.strengths.max():.3g} A m^2 and a radius of {size:.3g} m; are all lengths"
+            " in meters?",
+            len(moving),
+        )
 
 
 def _long_pieces(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
@@ -295,7 +377,14 @@ def _fast_magnets(
             found.append((frequency, _names(model, pair), pair.number, " where they touch"))
     step = float(model.opt.timestep)
     for frequency, name, number, where in found:
-        if frequency * step > UNSTABLE:
+        if frequency == math.inf:
+            yield Failure(
+                name,
+                f"would turn or swing{where} faster than numbers can be, since a moment, a field, a"
+                " coil or a factor is too large",
+                number,
+            )
+        elif frequency * step > UNSTABLE:
             longest, remedy = _rounded_down(RESOLVED / frequency), "move its dipoles apart"
             if longest < ABSURD:
                 longest = math.inf
@@ -308,6 +397,33 @@ def _fast_magnets(
                 number,
                 longest,
             )
+
+
+def _unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield at most one failure: a spin that the integrator does not keep."""
+    spin = unkept_spin(model, state)
+    if not spin:
+        return
+    step, shorter = float(model.opt.timestep), _rounded_down(spin.timestep)
+    with_rk4 = step if spin.of_rk4 == step else _rounded_down(spin.of_rk4)
+    remedies = [f"a timestep of at most {shorter:g} s"] if shorter > ABSURD else []
+    if with_rk4 > ABSURD and spin.integrator != "RK4":
+        also = f" and a timestep of at most {with_rk4:g} s" if with_rk4 < step else ""
+        remedies.insert(0, f"the integrator RK4{also}")
+    cheaper = spin.integrator != "RK4" and with_rk4 > max(ABSURD, STAGES * shorter)
+    timestep = with_rk4 if cheaper else shorter
+    change, why = "grows", "is explicit in gyroscopic forces"
+    if spin.rate < 0:
+        change, why = "decays", "damps it, so that a torque can tip the body"
+    yield Failure(
+        label(model, "body", spin.body),
+        f"{spin.verb} with {spin.speed:.3g} rad/s{spin.where}, and its wobble {change} e-fold"
+        f" within {1 / abs(spin.rate):.2g} s, since the integrator {spin.integrator} {why}; take"
+        f" {' or '.join(remedies) or 'a shorter timestep'}",
+        spin.number,
+        timestep if timestep > ABSURD else math.inf,
+        integrator="RK4" if cheaper else "",
+    )
 
 
 def _noise(found: Description) -> Iterator[Failure]:

@@ -127,10 +127,16 @@ def _jacobians(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> tu
 
 
 def _frequency(model: mujoco.MjModel, data: mujoco.MjData, blocks: Array) -> float:
-    """Return the root of the largest eigenvalue of R M^-1 R^T, where R are all rows of blocks."""
+    """Return the root of the largest eigenvalue of R M^-1 R^T, where R are all rows of blocks.
+
+    It is infinite where numbers overflow.
+    """
     rows = np.ascontiguousarray(blocks.reshape(-1, model.nv))
     response = np.empty_like(rows)
     mujoco.mj_solveM(model, data, response, rows)
-    if len(rows) > model.nv:  # R^T R M^-1 has the same eigenvalues and is smaller
-        return math.sqrt(max(0.0, np.linalg.eigvals(rows.T @ response).real.max()))
-    return math.sqrt(max(0.0, np.linalg.eigvalsh(rows @ response.T)[-1]))
+    wide = len(rows) <= model.nv  # if not, R^T R M^-1 has the same eigenvalues and is smaller
+    matrix = rows @ response.T if wide else rows.T @ response
+    if not np.isfinite(matrix).all():
+        return math.inf
+    values = np.linalg.eigvalsh(matrix) if wide else np.linalg.eigvals(matrix).real
+    return math.sqrt(max(0.0, values.max()))

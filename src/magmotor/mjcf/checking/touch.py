@@ -76,12 +76,18 @@ class Side:
         self.depth, normals = self._below(self._places)
         self.dipole, self._level, self._normal = np.arange(len(normals)), self.depth, normals
         planes = [tangent_planes(model, data, geom) for geom in geoms.tolist()]
+        found = {}  # parallel planes of many geoms differ in few levels
         for point, normal in itertools.chain.from_iterable(planes):
             below = (point - self._places) @ normal + margin
             lowest = np.flatnonzero(below < below.min() + 1e-6 * abs(below).max())
-            self.dipole = np.append(self.dipole, lowest)
-            self._level = np.append(self._level, np.maximum(below, self.depth)[lowest])
-            self._normal = np.vstack([self._normal, np.tile(normal, (len(lowest), 1))])
+            levels = np.maximum(below, self.depth)[lowest]
+            key = (normal.round(9) + 0.0).tobytes(), lowest.tobytes(), levels.round(12).tobytes()
+            found.setdefault(key, (lowest, levels, np.tile(normal, (len(lowest), 1))))
+        if found:
+            lowest, levels, across = zip(*found.values(), strict=True)
+            self.dipole = np.concatenate([self.dipole, *lowest])
+            self._level = np.concatenate([self._level, *levels])
+            self._normal = np.concatenate([self._normal, *across])
 
     def _below(self, points: Array) -> tuple[Array, Array]:
         """Return the depths of points, and the normals of the surfaces nearest to them."""
@@ -129,9 +135,11 @@ class Side:
         """
         offset = self._places - self._places[i]
         length = np.linalg.norm(offset, axis=1)
-        depth, _ = self._below(self._places[i] + offset / 2)
-        near = depth > INSIDE * np.minimum(self.depth, self.depth[i])
-        near &= self.magnet.axes @ self.magnet.axes[i] > PARALLEL
+        near = self.magnet.axes @ self.magnet.axes[i] > PARALLEL
+        if not near.any():  # of iron
+            return 0.0
+        depth, _ = self._below(self._places[i] + offset[near] / 2)
+        near[near] = depth > INSIDE * np.minimum(self.depth[near], self.depth[i])
         widths = self._widths(i, near)
         near &= length > 0
         if not near.any():
@@ -245,10 +253,12 @@ def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tu
         if not magnet.responses.any():
             moments.append((magnet.strengths, np.zeros(len(magnet.strengths), bool)))
             continue
-        within = np.linalg.norm(magnet.positions[:, np.newaxis] - magnet.positions, axis=2)
+        strong = magnet.strengths > 0
+        within = np.linalg.norm(magnet.positions[:, None] - magnet.positions[strong], axis=2)
         within[within == 0] = np.inf
         near = (images * source.strengths / away**3).sum(axis=1)
-        induced = 2 * k * magnet.responses * (near + (magnet.strengths / within**3).sum(axis=1))
+        near += (magnet.strengths[strong] / within**3).sum(axis=1)
+        induced = 2 * k * magnet.responses * near
         free = (induced < magnet.saturations) & (magnet.responses > 0)
         moments.append((magnet.strengths + np.minimum(induced, magnet.saturations), free))
     (first, soft), (second, yielding) = moments

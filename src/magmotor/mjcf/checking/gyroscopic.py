@@ -1,0 +1,239 @@
+"""Bodies that spin so fast that an integrator makes their wobble grow, or damps it.
+
+Linearized about its velocities, a tree of bodies has the accelerations A dv, where A = M^-1 D and D
+is MuJoCo's derivative of gyroscopic forces and damping. In one step, an integrator multiplies dv by
+1 + R D, where R is how it turns forces into velocities: h M^-1 for Euler's method without damping.
+So a wobble, which is an eigenvalue i nu of A, is multiplied by 1 + i nu h, and grows at the rate
+nu^2 h/2. Implicit methods damp it at the same rate. See docs/bodies_that_spin.md.
+"""
+
+import copy
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+from magmotor.mjcf.checking.driven_spins import driven_velocities
+
+RK4, EULER, IMPLICIT = (
+    int(getattr(mujoco.mjtIntegrator, f"mjINT_{name}")) for name in ("RK4", "EULER", "IMPLICIT")
+)
+NAMES = {EULER: "Euler", RK4: "RK4", IMPLICIT: "implicit", IMPLICIT + 1: "implicitfast"}
+RIGID = {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3}
+"""Degrees of freedom of trees that are one rigid body."""
+
+LONG = 10.0
+"""Time of interest in s: growth by e that takes longer is no finding."""
+
+TUMBLING = 0.1
+"""Growth of a body that tumbles, over that of a wobble as fast as its spin departs.
+
+Measured for spins about the middle axis of inertia: 0.095 to 0.14.
+"""
+
+EXPLICIT = 0.1
+"""Largest difference of R from h M^-1, over that of an implicit method."""
+
+RESOLVED = 0.5
+"""Product of the frequency of a wobble and the timestep of RK4 that is proposed."""
+
+TRIES = 10
+"""Most timesteps that are tried."""
+
+
+class Spin(NamedTuple):
+    """A spin that does not stay as it is."""
+
+    body: int
+    speed: float
+    """In rad/s."""
+    verb: str
+    where: str
+    rate: float
+    """Of the growth, in 1/s; negative if the wobble decays, but should not."""
+    number: int
+    """Number of trees of bodies whose spin is not kept in this state."""
+    timestep: float
+    """The longest one in s, up to the model's, at which none errs; 0 if none is found."""
+    of_rk4: float
+    """The same for RK4."""
+    integrator: str
+    """The name of the model's integrator."""
+
+
+class Tree(NamedTuple):
+    """Bodies that move together, linearized."""
+
+    number: int
+    velocities: Array
+    """Shape (n,)."""
+    inertia: Array
+    """M, shape (n, n)."""
+    slopes: Array
+    """D, shape (n, n)."""
+    responses: Array
+    """R, shape (n, n)."""
+    turns: bool
+    """Whether it moves, and can turn about all axes."""
+    rigid: bool
+
+    def matrix(self) -> Array:
+        """Return A, shape (n, n)."""
+        return np.asarray(np.linalg.solve(self.inertia, self.slopes), float)
+
+
+def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
+    """Return the spin whose wobble errs most: of the state, of keyframes, or driven."""
+    moving = [each for each in _spins(model, state) if each[-1].any()]
+    if not moving:
+        return None
+    probe, step, worst = copy.copy(model), float(model.opt.timestep), None
+    probe.opt.enableflags = 0
+    probe.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    data = mujoco.MjData(probe)
+    for verb, where, qpos, qvel in moving:
+        data.qpos[:], data.qvel[:] = qpos, qvel
+        trees = _trees(probe, data, step)
+        trees = [tree for tree in trees if tree.turns]
+        rates = np.array([_growth(tree, step, int(probe.opt.integrator)) for tree in trees])
+        if abs(rates).max(initial=0) <= max(1 / LONG, abs(worst.rate) if worst else 0.0):
+            continue
+        fastest = abs(rates).argmax()
+        members = probe.body_treeid == trees[fastest].number
+        speeds = np.where(members, np.linalg.norm(data.cvel[:, :3], axis=1), 0)
+        steps = [_longest_step(probe, data, step, k) for k in (int(probe.opt.integrator), RK4)]
+        worst = Spin(
+            body=int(speeds.argmax()),
+            speed=float(speeds.max()),
+            verb=verb,
+            where=where,
+            rate=float(rates[fastest]),
+            number=int((abs(rates) > 1 / LONG).sum()),
+            timestep=steps[0],
+            of_rk4=steps[1],
+            integrator=NAMES[int(probe.opt.integrator)],
+        )
+    return worst
+
+
+def _spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[tuple[str, str, Array, Array]]:
+    """Yield the states in which something may spin, and words that say which."""
+    yield "spins", "", state.qpos, state.qvel
+    for k in range(model.nkey):
+        name = model.key(k).name or k
+        yield "spins", f" in keyframe {name!r}", model.key_qpos[k], model.key_qvel[k]
+    for where, qvel in driven_velocities(model, state):
+        yield "can spin", where, state.qpos, qvel
+
+
+def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree]:
+    """Return the trees of bodies, linearized; changes the model, but not the state."""
+    if not data.qvel.any() or not np.isfinite(data.qvel).all():
+        return []
+    integrator, qpos, qvel = int(model.opt.integrator), data.qpos.copy(), data.qvel.copy()
+    model.opt.timestep, model.opt.integrator = step, IMPLICIT
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_comVel(model, data)
+    data.qfrc_smooth[:] = data.qfrc_constraint[:] = 0
+    mujoco.mj_implicit(model, data)  # which leaves D
+    model.opt.integrator = integrator
+    first = np.repeat(model.tree_dofadr, model.tree_dofnum)
+    inertia, slopes, responses = np.zeros((3, model.nv, int(model.tree_dofnum.max())))
+    for row, (start, count) in enumerate(zip(model.D_rowadr, model.D_rownnz, strict=True)):
+        own = slice(start, start + count)
+        slopes[row, model.D_colind[own] - first[row]] = data.qDeriv[own]
+    for column in range(slopes.shape[1]):
+        force = (np.arange(model.nv) - first == column).astype(float)
+        mujoco.mj_mulM(model, data, product := np.zeros(model.nv), force)
+        inertia[:, column] = product
+        data.qfrc_smooth[:] = force
+        mujoco.mj_solveM(model, data, data.qacc[np.newaxis], force[np.newaxis])
+        if integrator != RK4:
+            (mujoco.mj_Euler if integrator == EULER else mujoco.mj_implicit)(model, data)
+        responses[:, column] = data.qvel - qvel
+        data.qpos[:], data.qvel[:] = qpos, qvel
+    found = []
+    for number, (start, count) in enumerate(zip(model.tree_dofadr, model.tree_dofnum, strict=True)):
+        own = slice(start, start + count)
+        mass, slope, response = (part[own, :count] for part in (inertia, slopes, responses))
+        moves = qvel[own].any() and np.linalg.matrix_rank(data.cdof[own, :3]) == 3
+        rigid = RIGID.get(int(model.jnt_type[model.dof_jntid[start]])) == count
+        if np.isfinite([mass, slope, response]).all():
+            found.append(Tree(number, qvel[own], mass, slope, response, bool(moves), rigid))
+    return found
+
+
+def _growth(tree: Tree, step: float, integrator: int) -> float:
+    """Return the rate in 1/s at which the integrator, not the motion itself, lets a wobble grow.
+
+    It is negative where the integrator damps a wobble.
+    """
+    matrix = tree.matrix()
+    found = np.linalg.eig(matrix)
+    speeds, modes = found[0].astype(np.complex128), found[1].astype(np.complex128)
+    if integrator == RK4:
+        factors = np.polyval(np.array([1 / 24, 1 / 6, 1 / 2, 1, 1]), speeds * step)
+    else:
+        gains = np.einsum("ij,ij->j", modes.conj(), tree.responses @ tree.inertia @ modes)
+        factors = 1 + speeds * gains / (abs(modes) ** 2).sum(axis=0)
+    lasts, decay = _lasting(tree, matrix), np.minimum(speeds.real, 0)
+    errors = lasts * (np.log(np.maximum(abs(factors), 1e-300)) / step - speeds.real)
+    wobbles = abs(speeds.imag) > abs(speeds.real)
+    rates, loss = errors + decay, errors[wobbles].min(initial=0)
+    excess = abs(tree.responses @ tree.inertia / step - np.eye(len(matrix))).max()
+    if tree.rigid and integrator != RK4 and excess < EXPLICIT * step * abs(matrix).max():
+        tumbling = TUMBLING * speeds.real.max() ** 2
+        frequencies = np.array([tumbling, _energy_growth(tree, matrix)])
+        rates = np.append(rates, lasts * step / 2 * frequencies)
+    return float(rates.max() if rates.max() > -loss else loss)
+
+
+def _lasting(tree: Tree, matrix: Array) -> float:
+    """Return the mean square of the velocities until `LONG`, which damping lowers, over the first.
+
+    Gyroscopic forces do no work.
+    """
+    momentum = tree.inertia @ tree.velocities
+    exponent = -2 * LONG * (momentum @ matrix @ tree.velocities) / (momentum @ tree.velocities)
+    return float(-np.expm1(-exponent) / exponent) if exponent > 1e-9 else 1.0
+
+
+def _energy_growth(tree: Tree, matrix: Array) -> float:
+    """Return the square of a frequency, that of the accelerations A v/2 over the velocities v.
+
+    Both are measured by the kinetic energy of rotation about the center of mass.
+    """
+    inertia, free = tree.inertia, slice(len(matrix) - 3)
+    turn = slice(len(matrix) - 3, None)
+    own = inertia[turn, turn] - inertia[turn, free] @ np.linalg.solve(
+        inertia[free, free], inertia[free, turn]
+    )
+    half, spin = (matrix @ tree.velocities)[turn] / 2, tree.velocities[turn]
+    energy = spin @ own @ spin
+    return float(half @ own @ half / energy) if energy > 0 else 0.0
+
+
+def _longest_step(
+    model: mujoco.MjModel, data: mujoco.MjData, step: float, integrator: int
+) -> float:
+    """Return the longest timestep in s, up to `step`, at which no wobble errs; 0 if none is found.
+
+    With RK4, it also resolves the wobble.
+    """
+    before, longest, excess = int(model.opt.integrator), step, math.inf
+    model.opt.integrator = integrator
+    for _ in range(TRIES):
+        trees = [tree for tree in _trees(model, data, longest) if tree.turns or integrator == RK4]
+        excess = LONG * max(abs(_growth(tree, longest, integrator)) for tree in trees)
+        if integrator == RK4:
+            spinning = [np.linalg.eigvals(tree.matrix()) for tree in trees if tree.turns]
+            product = longest * float(abs(np.concatenate(spinning)).max())
+            excess = product / RESOLVED if product > RESOLVED else excess**0.2  # it is as h^5
+        if excess <= 1:
+            break
+        longest = 0.999 * longest / min(excess, 1e3)
+    model.opt.integrator = before
+    return longest if excess <= 1 and math.isfinite(excess) else 0.0

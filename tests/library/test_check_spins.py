@@ -1,0 +1,278 @@
+"""`check` finds spins that an integrator does not keep, and how fast they grow in MuJoCo."""
+
+import itertools
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.mjcf.checking.gyroscopic import unkept_spin
+
+BODY = """
+<mujoco>
+  <option gravity="0 0 0" integrator="{integrator}" timestep="{step}" {option}/>
+  <default><geom contype="0" conaffinity="0"/></default>
+  <worldbody>
+    {other}<body name="top">
+      {joint}<inertial pos="{place}" mass="1" diaginertia="{inertia}" euler="{turned} 0 0"/>
+      <geom size="0.1"/>{child}
+    </body>
+  </worldbody>
+</mujoco>
+"""
+FREE, BALL = "<freejoint/>", '<joint type="ball"/>'
+WHEEL = """<body name="wheel" pos="0 0 0.3"><joint axis="0 0 1"/>
+<inertial pos="0 0 0" mass="0.5" diaginertia="0.6 0.6 1.1"/><geom size="0.1"/></body>"""
+GIMBALS = """
+<mujoco>
+  <option gravity="0 0 0" integrator="{integrator}" timestep="{step}"/>
+  <worldbody>
+    <body><joint axis="1 0 0"/><inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/>
+      <body><joint axis="0 1 0"/><inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/>
+        <body name="wheel">
+          <joint axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="6e-3 6e-3 8e-3"/>
+        </body></body></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def load(text=BODY, **parts):
+    common = {"integrator": "Euler", "step": 1e-3, "joint": FREE, "inertia": "1 1 1.7",
+              "place": "0 0 0", "turned": 0, "option": "", "child": "", "other": ""}  # fmt: skip
+    return mujoco.MjModel.from_xml_string(text.format(**common | parts))
+
+
+def spinning(model, spin):
+    """A state whose last velocities are a spin."""
+    data = mujoco.MjData(model)
+    data.qvel[-len(spin) :] = spin
+    return data
+
+
+def measured_growth(model, data, duration):
+    """The rate at which a small disturbance of a steady spin grows in MuJoCo, in 1/s."""
+    still = data.qvel[-3:] == 0
+    data.qvel[-3:] += 1e-7 * np.linalg.norm(data.qvel) * np.array([0.7, 0.6, 0.5])
+    growing = []
+    for _ in range(int(duration / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        growing.append(np.linalg.norm(data.qvel[-3:][still]))
+    later = growing[len(growing) // 2 :]  # where the fastest mode is the largest
+    return np.polyfit(model.opt.timestep * np.arange(len(later)), np.log(later), 1)[0]
+
+
+DAMPED = '<joint type="free" damping="{}"/>'
+SPINS = [
+    ({}, (0, 0, 50)),
+    ({"inertia": "1 1.3 1.8"}, (0, 0, 60)),
+    ({"inertia": "1 1.3 1.8"}, (60, 0, 0)),
+    ({"inertia": "1 1.2 0.5"}, (0, 0, 40)),
+    ({"place": "0.1 0.2 0.3"}, (0, 0, 50)),
+    ({"joint": BALL, "step": 4e-3}, (0, 0, 100)),
+    ({"joint": BALL, "integrator": "implicitfast"}, (0, 0, 50)),
+    ({"child": WHEEL}, (0, 0, 0, 80)),
+    ({"child": WHEEL, "integrator": "implicitfast"}, (0, 0, 0, 80)),
+    ({"text": GIMBALS}, (0, 0, 50)),
+    ({"integrator": "implicit"}, (0, 0, 50)),
+    ({"integrator": "implicit", "joint": BALL}, (0, 0, 50)),
+    ({"integrator": "implicitfast"}, (0, 0, 50)),
+    ({"integrator": "RK4", "step": 3e-2}, (0, 0, 50)),
+]
+
+
+@pytest.mark.parametrize(("parts", "spin"), SPINS)
+def test_the_growth_is_that_of_the_motion(parts, spin):
+    model = load(**parts)
+    found = unkept_spin(model, spinning(model, spin))
+    assert found
+    rate = measured_growth(model, spinning(model, spin), 6 / abs(found.rate))
+    assert found.rate == pytest.approx(rate, rel=0.02)  # 0.012
+
+
+@pytest.mark.parametrize("parts", [{"joint": DAMPED.format(0.05)}, {"option": 'viscosity="2e-3"'}])
+def test_damping_lowers_the_growth(parts):
+    """The spin of 80 rad/s decays within the 10 s that count."""
+    model = load(**parts)
+    data = spinning(model, (1e-9, 0, 80))
+    found, free = unkept_spin(model, data), unkept_spin(load(), data)
+    assert found
+    assert free
+    mujoco.mj_step(model, data, nstep=10000)
+    growth = np.log(np.linalg.norm(data.qvel[3:5]) / 1e-9) / 10
+    assert found.rate == pytest.approx(growth, rel=0.01)  # 7e-4
+    assert found.rate < 0.9 * free.rate
+
+
+@pytest.mark.parametrize("inertia", ["1 1 1.7", "1 1.3 1.8", "1 2 2.9", "1 1.05 1.9"])
+def test_the_formula_for_three_moments_of_inertia(inertia):
+    """sum over the axes k of (I_k - I_i)(I_k - I_j)/(I_i I_j) w_k^2 h/2, for spins about one."""
+    moments = np.array(inertia.split(), float)
+    for k, (i, j) in enumerate([(1, 2), (2, 0), (0, 1)]):
+        product = (moments[k] - moments[i]) * (moments[k] - moments[j]) / moments[i] / moments[j]
+        for speed, step in itertools.product((30.0, 100.0), (1e-3, 1e-4)):
+            model = load(inertia=inertia, step=step)
+            found = unkept_spin(model, spinning(model, speed * np.eye(3)[k]))
+            rate = product * speed**2 * step / 2
+            if rate > 0.11:
+                assert found
+                assert found.speed == pytest.approx(speed, rel=1e-12)
+                expected = np.log1p(2 * rate * step) / (2 * step)
+                assert found.rate == pytest.approx(expected, rel=1e-9)
+            elif product >= 0:
+                assert not found
+
+
+@pytest.mark.parametrize("inertia", ["1 1.3 1.8", "1 2 2.9", "1 1.8 1.9"])
+def test_bodies_that_tumble(inertia):
+    """The growth of the angular momentum, which the true motion keeps; the estimate is rough."""
+    moments = np.array(inertia.split(), float)
+    for direction in ([0, 1, 1e-3], [1, 1, 0], [0, 1, 1], [1, 0, 1], [1, 1, 1]):
+        model = load(inertia=inertia)
+        spin = 60 * np.array(direction) / np.linalg.norm(direction)
+        found = unkept_spin(model, spinning(model, spin))
+        data = spinning(model, spin)
+        mujoco.mj_step(model, data, nstep=1500)
+        rate = (
+            np.log(np.linalg.norm(moments * data.qvel[3:]) / np.linalg.norm(moments * spin)) / 1.5
+        )
+        if found:
+            assert 0.25 < found.rate / rate < 4  # 0.27 to 3.3
+        else:
+            assert rate < 0.1  # 0.08
+
+
+@pytest.mark.parametrize(
+    ("parts", "spin"),
+    [
+        ({"integrator": "RK4"}, (0, 0, 50)),
+        ({"integrator": "RK4", "text": GIMBALS}, (0, 0, 50)),
+        ({"inertia": "1 1 1"}, (300, 200, 100)),
+        ({"inertia": "1 1 1.7"}, (500, 0, 0)),
+        ({"joint": '<joint axis="0 0 1"/>'}, (0, 0, 500)[2:]),
+        ({}, (0, 0, 15)),
+        ({"joint": DAMPED.format(2)}, (0, 0, 50)),
+        ({"option": 'viscosity="3"'}, (0, 0, 50)),
+    ],
+)
+def test_spins_that_stay_are_no_finding(parts, spin):
+    model = load(**parts)
+    assert not unkept_spin(model, spinning(model, spin))
+    assert mm.check(model, spinning(model, spin)).findings == ()
+    data = spinning(model, spin)
+    data.qvel[-3:] *= 1 + 1e-3 * np.array([0.7, 0.6, 0.5][-len(spin) :])
+    before = abs(data.qvel).max()
+    mujoco.mj_step(model, data, nstep=3000)
+    assert abs(data.qvel).max() < 1.01 * before
+
+
+CASE = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <custom>
+    <text name="magmotor" data="dipoles fields"/><numeric name="field" data="0 0 2e-3"/>
+  </custom>
+  <worldbody>
+    <body name="top"><freejoint/>
+      <inertial pos="0 0 0" mass="0.022" diaginertia="1.32e-6 1.32e-6 2.2e-6"/>
+      <geom type="cylinder" size="0.014 0.003"/><site user="0.65"/></body>
+  </worldbody>
+  <keyframe>
+    <key name="rest"/>
+    <key name="spin" qpos="0 0 0 0.9999875 0.005 0 0" qvel="0 0 0 0 0 157.08"/>
+  </keyframe>
+</mujoco>"""
+
+
+def largest_tilt(model, duration=2.0):
+    """In degrees, from the keyframe that spins."""
+    data, cosine = mujoco.MjData(model), 1.0
+    mujoco.mj_resetDataKeyframe(model, data, 1)
+    with mm.magnetism():
+        while data.time < duration and abs(data.qvel).max() < 1e6:
+            mujoco.mj_step(model, data)
+            cosine = min(cosine, data.xmat[1, 8])
+    return np.degrees(np.arccos(cosine))
+
+
+def test_a_spinning_magnet_stays_upright_with_what_is_proposed():
+    model = mujoco.MjModel.from_xml_string(CASE)
+    assert largest_tilt(model) > 90
+    found = mm.check(model)
+    (finding,) = found.findings
+    assert finding.startswith("body 'top' spins with 157 rad/s in keyframe 'spin'")
+    assert finding.endswith("take the integrator RK4 or a timestep of at most 1.8e-05 s")
+    assert (found.integrator, found.timestep) == ("RK4", 2e-3)
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+    assert mm.check(model, fix=True).settings == ("set: integrator RK4",)
+    assert (model.opt.integrator, model.opt.timestep) == (mujoco.mjtIntegrator.mjINT_RK4, 2e-3)
+    assert mm.check(model).findings == ()
+    assert largest_tilt(model) < 0.6  # 0.573, as at the start
+    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_EULER, 1.8e-5
+    assert mm.check(model).findings == ()
+    assert largest_tilt(model, 0.3) < 0.6  # 0.573
+
+
+STIFF = '<body><joint damping="5000"/><geom size="0.1" mass="100"/></body>'
+
+
+@pytest.mark.parametrize(
+    ("parts", "speed", "integrator", "step"),
+    [
+        ({}, 30, "", 4.5e-4),  # a little shorter is cheaper than RK4
+        ({"step": 1e-2}, 300, "RK4", 2.3e-3),  # RK4 must resolve the wobble, too
+        ({"step": 2e-2, "integrator": "RK4"}, 300, "", 2.3e-3),
+        ({"other": STIFF, "step": 2e-3}, 200, "", 1e-5),  # RK4 is explicit in damping
+    ],
+)
+def test_the_cheaper_remedy_is_proposed(parts, speed, integrator, step):
+    model = load(**parts)
+    data = spinning(model, (0, 0, speed))
+    found = mm.check(model, data, fix=True)
+    assert (found.integrator, found.timestep) == (integrator, step)
+    assert mm.check(model, data).findings == ()
+
+
+ROTOR = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <custom><text name="magmotor" data="dipoles {kinds}"/>{custom}</custom>
+  <worldbody>
+    <body name="rotor" pos="0 0 0.1">
+      <joint name="axle" damping="1e-4"/><geom size="0.01"/><site zaxis="{axis}" user="{moment}"/>
+    </body>
+    <body name="disk">
+      {joint}<geom type="cylinder" size="0.014 0.003" density="7500"/>
+      <site zaxis="1 0 0" user="1e-3"/>
+    </body>
+  </worldbody>
+  <actuator><motor joint="axle" gear="2e-2" {range}/></actuator>
+</mujoco>
+"""
+OWNED = """<numeric name="field" data="1e-3 0 0"/><tuple name="field">
+<element objtype="numeric" objname="field"/><element objtype="body" objname="rotor"/></tuple>"""
+
+
+@pytest.mark.parametrize(
+    ("parts", "speed"),
+    [
+        ({}, 200),
+        ({"range": 'ctrlrange="-0.5 0.2"'}, 100),
+        ({"range": 'ctrlrange="-1 1" forcerange="-0.3 0.3"'}, 60),
+        ({"moment": 0, "kinds": "fields", "custom": OWNED}, 200),
+        ({"axis": "0 0 1"}, None),
+        ({"joint": '<joint axis="0 0 1"/>'}, None),
+        ({"range": 'ctrlrange="-0.01 0.01"'}, None),
+    ],
+)
+def test_magnets_that_follow_what_an_actuator_turns(parts, speed):
+    text = {"kinds": "", "custom": "", "axis": "1 0 0", "moment": 1e-3, "joint": FREE,
+            "range": 'ctrlrange="-1 1"'} | parts  # fmt: skip
+    model = mujoco.MjModel.from_xml_string(ROTOR.format(**text))
+    found = [each for each in mm.check(model).findings if "wobble" in each]
+    assert len(found) == (speed is not None)
+    if speed:
+        assert found[0].startswith(
+            f"body 'disk' can spin with {speed} rad/s as it follows a magnet"
+        )
