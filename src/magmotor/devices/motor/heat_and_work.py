@@ -17,7 +17,7 @@ from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.variational import bodies
 from magmotor.noise import normal
 from magmotor.numerics.numba_cache import compiled_once, copy
-from magmotor.numerics.rotations import rot_vec_quat
+from magmotor.numerics.rotations import dot, mul_quat, rot_vec_quat, scaled
 from magmotor.numerics.splittings import RIGID
 from magmotor.numerics.subroutine import subroutine
 
@@ -53,6 +53,7 @@ def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first
         _coefficients(scene),
         (path.seed, job.first_step + first, *path.view),
         job.timestep,
+        job.scheme == "rk4",
     )
     return sums
 
@@ -86,6 +87,24 @@ def _velocities(row, linear, radius):
     _, (x, y, z) = _world(row[linear : linear + 4], v[linear : linear + 3])
     _, (a, b, c) = _world(row[linear + 4 : linear + 8], v[linear + 3 : linear + 6])
     return v[0] - radius * y, v[1] + radius * x, v[0], v[1], x, y, z, a, b, c
+
+
+@subroutine(forceinline=True)
+def _displacements(before, after, linear, radius):
+    """Integrals of `_velocities` over a step, from its ends."""
+    x, y, z = _turn(before[linear : linear + 4], after[linear : linear + 4])
+    a, b, c = _turn(before[linear + 4 : linear + 8], after[linear + 4 : linear + 8])
+    along, across = after[0] - before[0], after[1] - before[1]
+    return along - radius * y, across + radius * x, along, across, x, y, z, a, b, c
+
+
+@subroutine(forceinline=True)
+def _turn(before, after):
+    """Return the rotation vector between two orientations, less than half a turn apart."""
+    back = before[0], -before[1], -before[2], -before[3]
+    w, x, y, z = mul_quat((after[0], after[1], after[2], after[3]), back)
+    sine = math.copysign(math.sqrt(dot((x, y, z), (x, y, z))), w)
+    return scaled(2.0 * math.atan2(sine, abs(w)) / sine if sine != 0.0 else 2.0, (x, y, z))
 
 
 @subroutine(forceinline=True)
@@ -125,17 +144,19 @@ def _exact_sums(checksum: int):
 def _sums(checksum: int):
     """Compile the loop over replicas and steps for other methods."""
 
-    def advance(sums, before, paths, linear, radius, coefficients, path, timestep):
+    def advance(sums, before, paths, linear, radius, coefficients, path, timestep, smooth):
         _ = checksum
         frictions, noises, channels = coefficients
         seed, first, factor, level = path
         total = np.empty(4)
         root = math.sqrt(timestep)
         for replica in range(len(paths)):
-            end = _velocities(before[replica], linear, radius)
+            row, end = before[replica], _velocities(before[replica], linear, radius)
             copy(total, before[replica, -4:])
             for i in range(paths.shape[1]):
                 start, end = end, _velocities(paths[replica, i], linear, radius)
+                moved = _displacements(row, paths[replica, i], linear, radius)
+                row = paths[replica, i]
                 for k in range(10):
                     if frictions[k] == 0.0 and noises[k] == 0.0:
                         continue
@@ -143,9 +164,15 @@ def _sums(checksum: int):
                     if noises[k] > 0.0:
                         xi = normal(seed, replica, first + i, channels[k], factor, level)
                         increment = root * xi
+                    if smooth:  # the velocity within a step is a curve with this mean
+                        mean, change = moved[k] / timestep, end[k] - start[k]
+                        within = frictions[k] * change * change * timestep / 12.0
+                    else:
+                        mean, within = 0.5 * (start[k] + end[k]), 0.0
                     heat, work = heat_and_work(
-                        start[k], end[k], frictions[k], noises[k], increment, timestep
+                        mean, mean, frictions[k], noises[k], increment, timestep
                     )
+                    heat += within
                     body = 0 if k < 7 else 1
                     total[body] += heat
                     total[2 + body] += work
