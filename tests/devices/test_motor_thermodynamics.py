@@ -53,6 +53,64 @@ def test_energy_balance_pathwise(run, bounds, method, order):
     assert found == pytest.approx(order, abs=0.1)  # 0.019
 
 
+def coupled(alpha_ball, alpha_ring):
+    """A light ring, so that heat flows soon; kT is 3.3e-6 J at alpha = 1e-3, 5.3e-5 J at 4e-3."""
+    return mm.Motor(
+        temperature="nonuniform", friction_ring=0.15, ball_ring_factor=1.0, inner_mass=1.0,
+        alpha_ball=alpha_ball, alpha_ring=alpha_ring,
+    )  # fmt: skip
+
+
+def mean_and_error(rates):
+    return rates.mean(), rates.std(ddof=1) / np.sqrt(len(rates))
+
+
+def currents(scene, method, timestep, duration=2e4):
+    """Heat from the bath of the ball and from that of the ring, and the residual, in W (16,)."""
+    run = mm.simulate(
+        scene, method=method, timestep=timestep, duration=duration, replicas=16, seed=4,
+        record_interval=round(duration / 20 / timestep),
+    )  # fmt: skip
+    late = run.isel(time=slice(2, None))
+    balance = mm.observables.energy_balance(late)
+    span = float(late.time[-1] - late.time[0])
+    ring = (late.ring_work - late.ring_heat).values
+    all_of_it = (balance.work - balance.heat).values[:, -1] / span
+    from_ring = (ring[:, -1] - ring[:, 0]) / span
+    return all_of_it - from_ring, from_ring, balance.residual.values[:, -1] / span
+
+
+@pytest.mark.parametrize(
+    ("method", "timestep", "bound"),
+    [
+        ("variational/euler", 0.4, 0.3),  # 0.1
+        ("variational/baoab", 0.6, 0.1),
+        ("variational/middle", 0.4, 0.3),
+        ("variational/verlet", 0.4, 0.1),
+    ],
+)
+def test_heat_flows_from_the_hot_ring_to_the_cold_ball(method, timestep, bound):
+    """The current is (1.0 +- 0.05)e-8 W at short steps; gross heat and work are 2e-4 W.
+
+    False alarms: 16 replicas, 5 standard errors: 2e-4 for each sign.
+    """
+    from_ball, from_ring, residual = currents(coupled(1e-3, 4e-3), method, timestep)
+    mean, error = mean_and_error(from_ball)
+    assert mean + 5 * error < 0
+    assert abs(mean + 1.0e-8) < 0.3e-8
+    mean, error = mean_and_error(from_ring - from_ring.mean() - from_ball.mean() - residual.mean())
+    assert mean - 3 * error > -1.0e-8
+    assert abs(residual.mean()) < bound * 1e-8
+
+
+@pytest.mark.parametrize("method", ["variational/baoab", "variational/verlet"])
+def test_no_heat_flows_at_one_temperature(method):
+    """5 standard errors of 16 replicas, false alarms 2e-4 for each bath."""
+    for rates in currents(coupled(2e-3, 2e-3), method, 0.6):
+        mean, error = mean_and_error(rates)
+        assert abs(mean) < 5 * error + 1e-16
+
+
 def temperatures(method, timestep, duration, *, seed):
     """Return temperatures over kT and their errors from 8 replicas, with 2000 s of burn-in."""
     scene = mm.Motor()
