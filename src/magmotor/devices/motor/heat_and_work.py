@@ -128,9 +128,7 @@ def _exact_sums(checksum: int):
                 middle = paths[replica, i, 18:]
                 ball, ring = _bodies(middle, middle[10:])
                 later, turned = _bodies(middle, middle[18:])
-                on_ball = exchanged_by_ball(
-                    on_ball, ball, later, 0.0, none, none, bodies, exchange
-                )
+                on_ball = exchanged_by_ball(on_ball, ball, later, 0.0, none, none, bodies, exchange)
                 on_ring = exchanged_by_ring(on_ring, ring, turned, 0.0, none, bodies, exchange)
                 total = sums[replica, i]
                 total[0], total[1], total[2], total[3] = (
