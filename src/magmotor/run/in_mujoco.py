@@ -18,7 +18,7 @@ from magmotor.device.engine import MujocoAdapter
 from magmotor.device.job import CHUNK, Job
 from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
-from magmotor.mjcf.langevin.baoab import Baoab
+from magmotor.mjcf.langevin.baoab import Baoab, record_exchange
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.mjcf.messages import raise_recorded, silence
 from magmotor.mjcf.sentences import OF_RUNS
@@ -43,7 +43,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     if splitting is None:
         model.opt.integrator = INTEGRATORS[job.scheme]
     else:
-        splitting.record_exchange()
+        record_exchange(splitting)
     motion = job.scene.device.mujoco(job)
     state = motion.start if job.state is None else job.state
     replicas = len(state)

@@ -62,10 +62,6 @@ class Baoab(Thermostat):
         self._coefficients = step_coefficients(langevin_model(model), model.opt.timestep)
         self._advance = compiled()
 
-    def record_exchange(self) -> None:
-        """Make `rollout` also return `qpos` at part O, and `qvel` before and after it."""
-        self._recorded = 2 * self.model.nq + 3 * self.model.nv
-
     def step(self, data: mujoco.MjData, nstep: int = 1) -> None:
         """Advance the state by steps of the model's timestep.
 
@@ -106,3 +102,8 @@ class Baoab(Thermostat):
                 *addresses, steps.first, steps.nstep, self._coefficients, steps.records, work
             )
         return Taken(following, steps.exchanged)
+
+
+def record_exchange(splitting: Baoab) -> None:
+    """Make `rollout` also return `qpos` at part O, and `qvel` before and after it."""
+    splitting._recorded = 2 * splitting.model.nq + 3 * splitting.model.nv
