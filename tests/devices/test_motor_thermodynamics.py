@@ -44,8 +44,8 @@ def residuals(scene, method, duration, factors):
     ],
 )
 @pytest.mark.parametrize(("run", "bounds"), [
-    ("uniform-a", {1: 2e-3, 2: 2e-4}),  # 1.1e-4, 1.0e-5
-    ("nonuniform-c", {1: 5e-3, 2: 5e-5}),  # 1.2e-3, 2.2e-6
+    ("uniform-a", {1: 2e-3, 2: 1e-5}),  # 1.1e-4, 3.9e-7
+    ("nonuniform-c", {1: 5e-3, 2: 5e-5}),  # 1.2e-3, 3.0e-6
 ])  # fmt: skip
 def test_energy_balance_pathwise(run, bounds, method, order):
     """The largest residual on four paths at h = 0.0125, over the injected energy."""
@@ -111,8 +111,8 @@ def test_no_heat_flows_at_one_temperature():
     from_ball, from_ring, residual = currents(coupled(2e-3, 2e-3), "variational/baoab", 0.4)
     for rates in (from_ball, from_ring):
         mean, error = mean_and_error(rates)
-        assert abs(mean) < 5 * error < 8e-9  # 4e-9
-    assert abs(residual.mean()) < 3e-10  # 2e-11
+        assert abs(mean) < 5 * error < 1e-8  # 1.5 and 0.3 errors; 4.9e-9
+    assert abs(residual.mean()) < 1e-10  # 3.8e-12
 
 
 WARM = {"alpha_ball": 2e-3, "alpha_ring": 2e-3, "ball_ring_factor": 1.0}
@@ -155,7 +155,7 @@ def test_the_mean_work_of_the_noise_is_that_of_theory():
     )  # fmt: skip
     balance = mm.observables.energy_balance(run)
     mean, error = mean_and_error((balance.martingale / balance.injected).values[:, -1])
-    assert abs(mean) < 5 * error < 0.1
+    assert abs(mean) < 5 * error < 0.1  # 2.4 errors; 0.025
 
 
 def test_a_run_warns_where_energy_is_made(monkeypatch):
