@@ -19,13 +19,6 @@ METHOD = "variational/middle"
 TIMESTEP = 0.2
 """In s."""
 
-BOOKED = 2.7e-4
-"""Share of the work of the ring's noise that the timestep books as heat from its bath.
-
-At one temperature no heat flows. There, 256 motors over 6e4 s book (6.8 ± 2.2)e-4
-at a timestep of 0.4 s, and 128 book (44.6 ± 3.4)e-4 at 0.8 s; it is proportional to its square.
-"""
-
 RECORDS = 10.0
 """Time between two records, in s."""
 
@@ -57,11 +50,9 @@ class Flow(NamedTuple):
     """Means over time of R replicas."""
 
     heat: Array
-    """from the ring's bath, without what the timestep books, in W, shape (R,)"""
+    """from the ring's bath, in W, shape (R,)"""
     taken: Array
-    """heat into the ball's bath, with what the timestep books, in W, shape (R,)"""
-    booked: float
-    """heat that the timestep books at the ring, in W"""
+    """heat into the ball's bath, in W, shape (R,)"""
     speed: Array
     """of the ball's azimuth, in rad/s, shape (R,)"""
     rate: float
@@ -109,21 +100,9 @@ class TwoTemperatures:
         return over_replicas(each @ weight / weight.sum())
 
     @property
-    def booked(self) -> float:
-        """What the timestep books as heat at one temperature, in W."""
-        return self.flows[self.ratios.index(1.0)].booked
-
-    @property
     def arrives(self) -> Measured:
-        """Heat into the ball's bath at the last ratio, beyond that at one temperature, in W.
-
-        At the ball, the timestep books more than what flows, but at all ratios alike.
-        """
-        found, alike = (
-            over_replicas(flow.taken)
-            for flow in (self.flows[-1], self.flows[self.ratios.index(1.0)])
-        )
-        return Measured(found.value - alike.value, np.hypot(found.error, alike.error))
+        """Heat into the ball's bath at the last ratio, in W."""
+        return over_replicas(self.flows[-1].taken)
 
     @property
     def speeds(self) -> Measured:
@@ -180,14 +159,12 @@ def flow_of(scene: Motor, size: Size, seed: int) -> Flow:
     azimuth = np.unwrap(np.arctan2(y, x), axis=1)
     given = _growth((run.ring_work - run.ring_heat).values) / span
     ball_takes = (run.heat - run.ring_heat) - (run.work - run.ring_work)
-    booked = BOOKED * float(_growth(run.ring_work.values).mean()) / span
     # Over a minute, the thermal motion within a valley averages out.
     minute = round(60.0 / RECORDS)
     steps = np.diff(azimuth[:, ::minute], axis=1) / (minute * RECORDS)
     return Flow(
-        given - booked,
+        given,
         _growth(ball_takes.values) / span,
-        booked,
         _growth(azimuth) / span,
         float(np.sqrt(np.mean(steps**2))),
     )
@@ -244,19 +221,17 @@ def claims(data: TwoTemperatures) -> list[Claim]:
         judged(
             f"{OURS}heat flows from hot to cold, so that entropy is produced",
             f"{_tens(conductance.value, conductance.error)} W for each of the ball's temperatures"
-            f" between ring and ball, {sure:.0f} standard errors above 0, without the"
-            f" {_tens_of(data.booked)} W that the timestep books. At {data.ratios[-1]:g} times the"
-            f" ball's temperature the ring's bath gives {_tens(heats.value[-1], heats.error[-1])} W"
-            f" and the ball's takes {_tens(arrives.value, arrives.error)} W more than at one"
-            f" temperature. The first heat times 1/kT_ball - 1/kT_ring is {produced} times the"
-            " ball's temperature",
+            f" between ring and ball, {sure:.0f} standard errors above 0. At {data.ratios[-1]:g}"
+            " times the ball's temperature the ring's bath gives"
+            f" {_tens(heats.value[-1], heats.error[-1])} W and the ball's takes"
+            f" {_tens(arrives.value, arrives.error)} W. The first heat times 1/kT_ball - 1/kT_ring"
+            f" is {produced} times the ball's temperature",
             sure > SIGNIFICANT and _not_below(entropies) and _is_zero(apart, apart_error),
         ),
         judged(
             f"{OURS}at one temperature no heat flows between ring and ball",
             f"{_tens(heats.value[one], heats.error[one])} W"
-            f" {_zero(heats.value[one], heats.error[one])}, after the timestep's"
-            f" {_tens_of(data.booked)} W are subtracted",
+            f" {_zero(heats.value[one], heats.error[one])}",
             _is_zero(heats.value[one], heats.error[one]),
         ),
         judged(
@@ -300,12 +275,6 @@ def _not_below(found: Measured) -> bool:
 def _zero(value: Array, error: Array) -> str:
     """Return how far a number is from zero, beside the bound."""
     return f"({abs(value) / error:.1f} standard errors from 0; bound {SIGNIFICANT})"
-
-
-def _tens_of(value: float) -> str:
-    """Return a number in powers of ten."""
-    exponent = math.floor(math.log10(abs(value))) if value else 0
-    return f"{value / 10.0**exponent:.1f}e{exponent}"
 
 
 def _tens(value: Array, error: Array) -> str:

@@ -222,6 +222,24 @@ def test_energy_balance_pathwise(method, bound):
     assert order == pytest.approx(bound, abs=0.2)  # 0.91, 2.01
 
 
+@pytest.mark.parametrize("method", ["verlet", "baoab", "middle", "blanes-moan4", "blanes-moan6"])
+def test_the_energy_balance_closes_at_a_large_step(method):
+    """Also without noise, when heat is as accurate as the method; lambda h = 0.3."""
+    cold = mm.Disk(friction=0.5, noise=0.0, v=2.0, omega=1.0, drag=0.05)
+    run = mm.simulate(cold, method=f"variational/{method}", timestep=0.2, duration=20)
+    balance = mm.observables.energy_balance(run)
+    bound = {"middle": 0.5, "blanes-moan4": 1e-5, "blanes-moan6": 5e-8}.get(method, 0.05)
+    # 4.6e-3, 3.6e-3, 0.11, 5.3e-7, 1.8e-9
+    assert float(abs(balance.residual).max()) < bound * float(balance.heat[-1])
+    if method.startswith("blanes"):
+        return
+    warm = mm.Disk(friction=0.5, noise=1.0, friction_ratio=0.3)
+    many = mm.simulate(warm, method=f"variational/{method}", timestep=0.2, duration=400, replicas=8)
+    balance = mm.observables.energy_balance(many)
+    # 1.7e-4, 1.0e-4, 3.9e-4
+    assert float(abs(balance.residual).max()) < 2e-3 * float(balance.injected[0, -1])
+
+
 def test_energy_balance_follows_the_path_of_the_run():
     """Also for a coarsened path of another run, and for a run that continues another."""
     path = BrownianPath(1, 0.005).coarsened(2)

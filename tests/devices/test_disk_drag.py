@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import magmotor as mm
 from magmotor import theory
 from magmotor.devices.disk.variational import step_coefficients
-from magmotor.numerics.splittings import friction_and_noise
+from magmotor.numerics.splittings import exchange, friction_and_noise
 
 DRAG = mm.Disk(drag=0.02, rotational_drag=0.005, drag_temperature=60.0)
 WARM = mm.Disk(friction=0.5, noise=1.0, drag=0.2, rotational_drag=0.05)
@@ -53,6 +54,38 @@ def test_friction_and_noise_with_more_channels_than_velocities(scene, t):
     np.testing.assert_allclose(np.eye(2) + decrement, expm(-A * t), rtol=0, atol=8e-15)  # 3e-16
     found, expected = increment @ increment.T, covariance(A, noise, t)
     assert np.abs(found - expected).max() < 1e-13 * np.abs(expected).max()  # 8e-15
+
+
+@pytest.mark.parametrize("scene", [DRAG, WARM], ids=str)
+@pytest.mark.parametrize("t", [0.01, 3.0])
+def test_the_mean_heat_of_an_exact_part(scene, t):
+    """Against the integral of the mean power, by the matrix exponential of the moments."""
+    A, noise = linear_motion(scene)
+    found = exchange(scene.masses, scene.friction_matrix, scene.noise_matrix, t)
+    u = np.array([1.5, -0.4])
+
+    def squares(s):
+        then = expm(-A * s) @ u
+        return np.outer(then, then) + covariance(A, noise, s)
+
+    power = lambda s: float(np.trace(scene.friction_matrix @ squares(s)))  # noqa: E731
+    expected = quad(power, 0, t, epsabs=0, epsrel=1e-11, limit=200)[0]
+    heat = u @ found.heat @ u + np.trace(found.heat @ squares(t)) + found.unresolved
+    assert heat == pytest.approx(expected, rel=3e-11, abs=0)  # 1e-12
+
+
+@pytest.mark.parametrize("t", [-0.3, 1e-5, 0.7, 30.0])
+def test_how_far_an_exact_part_moves(t):
+    """Without noise, under a constant force, by the matrix exponential of (x, u, force)."""
+    A, force = linear_motion(DRAG)[0], np.array([0.7, -0.2])
+    found = exchange(DRAG.masses, DRAG.friction_matrix, 0 * DRAG.noise_matrix, t)
+    block = np.zeros((5, 5))
+    block[:2, 2:4], block[2:4, 2:4] = np.eye(2), -A
+    block[2:4, 4] = force / DRAG.masses
+    u = np.array([1.5, -0.4])
+    after = expm(t * block) @ [0, 0, *u, 1]
+    moved = found.mean @ (u + after[2:4]) / 2 + found.force @ force
+    np.testing.assert_allclose(moved, after[:2], rtol=1e-12, atol=0)  # 1e-14
 
 
 def test_a_short_step_takes_each_channel_as_it_is():

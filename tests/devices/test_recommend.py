@@ -294,6 +294,16 @@ def test_steps_are_within_the_linear_limit(method):
     assert 0.98 * step_limit(scene, method) < found.timestep < step_limit(scene, method)
 
 
+def test_nothing_is_promised_of_the_heat_between_two_temperatures():
+    """The charts have no such motor; with one temperature, no heat flows between ball and ring."""
+    two = mm.recommend(mm.Motor(temperature="nonuniform"))
+    assert two.uncharted in str(two)
+    assert "heat" in two.uncharted
+    assert mm.recommend(mm.Motor()).uncharted == ""
+    with pytest.raises(ValueError, match="quantity = 'heat': must be one of"):
+        mm.recommend(mm.Motor(temperature="nonuniform"), quantity="heat")
+
+
 def test_simulate_takes_and_prints_what_is_recommended(table, capsys):
     scene = mm.Top.paper(4)
     run = mm.simulate(scene, duration=1.0)

@@ -81,15 +81,15 @@ def flows(
 ) -> TwoTemperatures:
     """Made-up flows: heat of 2e-10 W per temperature, and speeds of 1e-5 rad/s by chance.
 
-    The timestep books 3e-9 W at the ball; `lost` is the share of the heat that does not arrive.
+    `lost` is the share of the heat that does not arrive.
     """
     rng = np.random.default_rng(4)
 
     def flow(ratio: float, speed: float, warm: float = 1.0) -> Flow:
         heat = 2e-10 * (ratio - 1) * (-1 if backward else 1) + leak
         noise = rng.normal(0, 1e-11 * ratio, 64)
-        taken = 3e-9 + (1 - lost) * heat + rng.normal(0, 1e-10, 64)
-        return Flow(warm * heat + noise, taken, 2e-11, speed + rng.normal(0, 1e-5, 64), 3e-3)
+        taken = (1 - lost) * heat + rng.normal(0, 1e-10, 64)
+        return Flow(warm * heat + noise, taken, speed + rng.normal(0, 1e-5, 64), 3e-3)
 
     ratios = (0.25, 1.0, 4.0)
     pushed = 1e-3 * lifted
@@ -106,7 +106,7 @@ def flows(
         (flows(), ["right"] * 5),
         (flows(backward=True), ["wrong", *["right"] * 4]),
         (flows(lost=1.0), ["wrong", *["right"] * 4]),
-        (flows(leak=1e-10), ["wrong", "wrong", "right", "right", "right"]),
+        (flows(leak=1e-10), ["right", "wrong", "right", "right", "right"]),
         (flows(current=1e-4), ["right", "right", "right", "wrong", "right"]),
         (flows(lifted=-1.0), ["right", "right", "right", "right", "wrong"]),
     ],

@@ -236,6 +236,13 @@ class Device(ABC, Generic[S, T]):
             It has: errors measured for `charted` say nothing about the scene.
         """
 
+    def uncharted(self, scene: S) -> str:
+        """Return what the scene has beyond `charted`, and whose error no chart tells; or nothing.
+
+        In contrast to `check_charted`, it does not change what is charted.
+        """
+        return ""
+
     def rates(self, scene: S) -> tuple[float, ...]:
         """Return the rates (1/unit of time) that a timestep must resolve; 0 for absent ones.
 
@@ -251,6 +258,15 @@ class Device(ABC, Generic[S, T]):
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
         """Return the energy balance of a run; see `magmotor.observables.energy_balance`."""
         raise reject("scene", scene, f"a {type(scene).__name__} has no energy balance")
+
+    def check_result(self, scene: S, run: xr.Dataset) -> None:
+        """Warn of what is wrong with a finished run, although its guard let every state pass.
+
+        Warns
+        -----
+        UserWarning
+            For example, energy, heat and work do not balance.
+        """
 
     def overview(self, run: xr.Dataset, scene: S, path: str | Path, dpi: int) -> None:
         """Write a picture that summarizes a run; see `magmotor.plots.overview`."""

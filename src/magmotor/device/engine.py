@@ -69,7 +69,9 @@ class MujocoAdapter(Protocol):
 
         Called after each batch of steps. `before` (replicas, nq + nv + k) is the state before the
         batch, whose first step is number `first` of the run; `paths` (replicas, steps, nq + nv)
-        holds the states after each step. Without sums, return ``paths[..., :0]``.
+        holds the states after each step. With the scheme `baoab`, they are followed by `qpos` in
+        the middle of the step, where friction and noise act, and `qvel` before and after these.
+        Without sums, return ``paths[..., :0]``.
         """
         ...
 

@@ -188,6 +188,45 @@ def response(masses: ArrayLike, friction: Matrix, time: float) -> Matrix:
     return _in_velocities(time * _mean_decay(rates * time), modes, root)
 
 
+class Exchange(NamedTuple):
+    """What friction and noise exchange in an exact part with the velocities u before and u' after.
+
+    While a constant force F acts, the part moves by X = `mean` (u + u')/2 + `force` F. Friction and
+    noise together add the energy m (u' - u) (u + u')/2 - F X. Friction alone takes u `heat` u +
+    u' `heat` u' + `unresolved` if no force acts: without noise its heat, with noise the mean over
+    all paths that begin with u.
+
+    Without noise X is exact. With noise it is time (u + u')/2, as far as positions move in two
+    halves of a drift around the part; otherwise the force would do work on the bath.
+    """
+
+    heat: Matrix
+    unresolved: float
+    mean: Matrix
+    force: Matrix
+
+
+def exchange(masses: ArrayLike, friction: Matrix, noise: Matrix, time: float) -> Exchange:
+    """Compute the coefficients of `Exchange` from the arguments of `friction_and_noise`."""
+    root, rates, modes = _modes(masses, friction)
+    x = (0.0 if noise.any() else 0.5) * rates * time
+    slope = _mean_slope(x)
+    lag = np.where(abs(x) < 1e-4, x / 3, (1 - slope) / np.where(x == 0, 1.0, x))
+    fast = _mean_slope(rates * time)
+    driven = np.sum(product(modes.T, noise / root) ** 2, axis=1)
+    return Exchange(
+        _in_velocities(0.5 * rates * time * fast, modes, root) * root**2,
+        0.5 * time * float(np.sum(driven * (1 - fast))),
+        _in_velocities(time * slope, modes, root),
+        _in_velocities(0.5 * time**2 * lag, modes, root) / (root**2).T,
+    )
+
+
+def _mean_slope(x: Matrix) -> Matrix:
+    """Return tanh(x)/x, the mean slope of tanh from 0 to x."""
+    return np.where(x == 0, 1.0, applied(math.tanh, x) / np.where(x == 0, 1.0, x))
+
+
 def _modes(masses: ArrayLike, friction: Matrix) -> tuple[Matrix, Matrix, Matrix]:
     """Return the roots of the masses, shape (n, 1), the decay rates, and the modes in columns."""
     root = np.sqrt(np.asarray(masses, dtype=float))[:, np.newaxis]

@@ -18,7 +18,7 @@ from magmotor.device.engine import MujocoAdapter
 from magmotor.device.job import CHUNK, Job
 from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
-from magmotor.mjcf.langevin.baoab import Baoab
+from magmotor.mjcf.langevin.baoab import Baoab, record_exchange
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.mjcf.messages import raise_recorded, silence
 from magmotor.mjcf.sentences import OF_RUNS
@@ -43,6 +43,8 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     splitting = Baoab(model) if job.scheme == "baoab" else None
     if splitting is None:
         model.opt.integrator = INTEGRATORS[job.scheme]
+    else:
+        record_exchange(splitting)
     motion = job.scene.device.mujoco(job)
     state = motion.start if job.state is None else job.state
     replicas = len(state)
@@ -57,7 +59,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
                 steps = np.arange(first, min(first + piece, end))
                 paths = _advance(model, splitting, data, motion, state, steps)
                 sums = motion.sums(state, paths, first)
-                paths = np.concatenate([paths, sums], axis=-1)
+                paths = np.concatenate([paths[..., : model.nq + model.nv], sums], axis=-1)
                 state = paths[:, -1].copy()
                 records.append(paths[:, (steps + 1) % job.record_interval == 0])
             split = [model.nq, model.nq + model.nv]
@@ -66,7 +68,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
 
 
 def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps) -> Array:
-    """Return qpos and qvel after each of these steps, shape (replicas, steps, nq + nv)."""
+    """Return qpos and qvel after each of these steps; see `MujocoAdapter.sums`."""
     whole = np.empty((len(state), 1 + model.nq + model.nv))
     whole[:, 0] = steps[0] * model.opt.timestep  # the sum of timesteps would drift
     whole[:, 1:] = state[:, : model.nq + model.nv]

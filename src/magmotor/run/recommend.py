@@ -50,6 +50,9 @@ class Recommendation:
     basis : str
         What error and cost rest on: charts, with where and by which MuJoCo they were measured, or a
         measurement on this machine.
+    uncharted : str
+        What the scene also has, and whose error is unknown: the heat between the temperatures of a
+        motor. Empty if there is none.
     """
 
     method: str
@@ -62,6 +65,7 @@ class Recommendation:
     machine: str
     time_unit: str
     basis: str
+    uncharted: str = ""
 
     def __str__(self) -> str:
         """Return a one-line summary."""
@@ -69,6 +73,8 @@ class Recommendation:
         error = f"{100 * self.error:.2g} % over {self.duration:g}{unit or ' units of time'}"
         if self.charted:
             error = f"unknown for this scene ({error} for {self.charted})"
+        if self.uncharted:
+            error += f", that of {self.uncharted} unknown"
         return (
             f"{self.method} at a timestep of {self.timestep:g}{unit}: error of {self.quantity}"
             f" {error}, {self.seconds:.2g} s per {each} ({self.basis})"
@@ -101,10 +107,11 @@ def recommend(
     charted scene in a run of the charted length. The error of another scene is unknown: an initial
     slip of 1 m/s makes it 41 times as large, and where symmetry keeps J zero it has no meaning.
     `Recommendation.charted` says how the charted scene differs. Nothing is recommended for a scene
-    with dry friction. With drag, torsion, or a floor tilted by up to 10 mrad, MuJoCo's methods err
-    at most three times as much as in the charts, also in a horizontal field of 20 uT; the motor's
-    errors hardly change. A top that is not balanced errs up to a hundred times as much and more:
-    measure it.
+    with dry friction, and nothing is promised of the heat that flows between the temperatures of a
+    motor (`Recommendation.uncharted`). With drag, torsion, or a floor tilted by up to 10 mrad,
+    MuJoCo's methods err at most three times as much as in the charts, also in a horizontal field of
+    20 uT; the motor's errors hardly change. A top that is not balanced errs up to a hundred times
+    as much and more: measure it.
 
     The error of each quantity, relative, in a run of `Recommendation.duration`:
 
@@ -162,7 +169,7 @@ def recommend(
         found = measured(scene, error, (method,) if method else supported)
         return Recommendation(
             quantity=POSITIONS, charted="", machine="this machine", time_unit=device.time_unit,
-            basis="measured on this machine", **found._asdict(),
+            basis="measured on this machine", uncharted=device.uncharted(scene), **found._asdict(),
         )  # fmt: skip
     device.check_charted(scene)
     considered = _methods_of("any" if method else engine, supported)
@@ -205,6 +212,7 @@ def recommend(
         machine=data["machine"],
         time_unit=device.time_unit,
         basis=chart_data.basis(),
+        uncharted=device.uncharted(scene),
         **best._asdict(),
     )
 

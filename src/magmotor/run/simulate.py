@@ -125,7 +125,8 @@ def simulate(
     Warns
     -----
     UserWarning
-        The timestep is too long for the flights of the disk at this temperature.
+        The timestep is too long for the flights of the disk at this temperature, or a motor's
+        energy, heat and work drift apart by more than a tenth of the heat between its temperatures.
 
     Examples
     --------
@@ -270,7 +271,9 @@ def _collect(job: Job, run: Callable, checkpoint: Checkpoint, attributes: dict) 
         # A suspended engine would keep its callback installed as long as the error lives.
         chunks.close()
         progress.close()
-    return assemble(job.scene, kept, **attributes)
+    result = assemble(job.scene, kept, **attributes)
+    job.scene.device.check_result(job.scene, result)
+    return result
 
 
 def _expected(job: Job, start: NDArray, done: int) -> dict[str, Expected]:

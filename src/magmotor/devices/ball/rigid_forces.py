@@ -14,6 +14,7 @@ from magmotor.numerics.splittings import (
     O_PARTS,
     Scheme,
     carries_force,
+    exchange,
     kicks_that_evaluate,
 )
 from magmotor.numerics.subroutine import subroutine
@@ -144,12 +145,15 @@ class StepCoefficients(NamedTuple):
     and for the ring across and about its axis. The impulse of friction and noise is
     a u + b xi + d F, where u is the velocity before the part, xi a standard normal number, and F
     a force that acts at the same time; d is in s.
+
+    Each row of `exchange` has what `exchanged_by_ball` and `exchanged_by_ring` read.
     """
 
     timestep: float
     before: int
     flags: NDArray[np.bool_]
     numbers: NDArray[np.float64]
+    exchange: NDArray[np.float64]
 
 
 def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCoefficients:
@@ -171,7 +175,32 @@ def step_coefficients(bodies: Bodies, scheme: Scheme, timestep: float) -> StepCo
         numbers.append([time, *(number for triple in triples for number in triple)])
     kicks = [part in KICKS for part in scheme.parts]
     before = -1 if carries_force(kicks, needs_force) else 0
-    return StepCoefficients(float(timestep), before, np.array(flags), np.array(numbers))
+    exchanges = [_exchange_row(bodies, fraction * timestep) for fraction in scheme.fractions]
+    return StepCoefficients(
+        float(timestep), before, np.array(flags), np.array(numbers), np.array(exchanges)
+    )
+
+
+def _exchange_row(bodies: Bodies, time: float) -> list[float]:
+    """Return the numbers of `Exchange` for the ball's motion in a plane and its turning about z.
+
+    Those of the ring, across and about its axis, follow. Symmetric matrices have three numbers.
+    """
+    arm = np.array([[1.0], [bodies.radius]])
+    drags = np.array([bodies.drag, bodies.rotational_drag])
+    noises = np.diag([bodies.drag_noise, bodies.rotational_drag_noise])
+    masses, noise = (bodies.mass, bodies.inertia), np.hstack([bodies.slip_noise * arm, noises])
+    plane = exchange(masses, bodies.slip_friction * arm * arm.T + np.diag(drags), noise, time)
+    spin = np.array([[bodies.rotational_drag + bodies.torsion]])
+    about = exchange(masses[1:], spin, noises[1:, 1:], time)
+    ring = np.array([[bodies.ring_friction]]), np.array([[bodies.ring_noise]])
+    turning = [exchange([inertia], *ring, time) for inertia in (bodies.across, bodies.axial)]
+    return [
+        *plane.heat.ravel()[[0, 1, 3]], *plane.mean.ravel(), *plane.force.ravel()[[0, 1, 3]],
+        *(each[0, 0] for one in (about, *turning) for each in (one.heat, one.mean, one.force)),
+        2 * plane.unresolved + about.unresolved,
+        2 * turning[0].unresolved + turning[1].unresolved,
+    ]  # fmt: skip
 
 
 def _impulse(inertia: float, friction: float, noise: float, time: float, exact: bool) -> Triple:

@@ -33,6 +33,8 @@ from magmotor.devices.ball.rigid_steps import (
     drifted_ring,
     euler_ball,
     euler_ring,
+    exchanged_by_ball,
+    exchanged_by_ring,
     impulses,
     read,
     slip,
@@ -161,31 +163,43 @@ def _advance(checksum: int, splits: bool, by_cayley: bool, surrounded: bool):
                             ring = euler_ring(
                                 ring, on_ring, xi_ring, bodies, coefficients, by_cayley
                             )
-                    elif drifts:
+                        continue
+                    if drifts:
                         ball = drifted_ball(ball, coefficients.numbers[part, 0], False)
                         if has_ring:
                             ring = drifted_ring(ring, coefficients.numbers[part, 0], bodies)
-                    else:
-                        ball = acted_on_ball(ball, row, kicks, friction, force, torque, bodies)
+                        continue
+                    earlier, turned = ball, ring
+                    ball = acted_on_ball(ball, row, kicks, friction, force, torque, bodies)
+                    if has_ring:
+                        ring = acted_on_ring(ring, row, kicks, o_part, on_ring, xi_ring, bodies)
+                    if o_part:
+                        time, exchange = row[0] if kicks else 0.0, coefficients.exchange[part]
+                        sums = exchanged_by_ball(
+                            sums, earlier, ball, time, force, torque, bodies, exchange
+                        )
                         if has_ring:
-                            ring = acted_on_ring(ring, row, kicks, o_part, on_ring, xi_ring, bodies)
+                            ring_sums = exchanged_by_ring(
+                                ring_sums, turned, ring, time, on_ring, bodies, exchange
+                            )
                 if n < 0:
                     continue
-                after = slip(ball, bodies.radius)
-                sums = add_heat_and_work(sums, u, after, xi, coefficients, c, a, splits)
-                if surrounded:
-                    sums = add_heat_and_work(
-                        sums, start[1], ball[1], others[:2], coefficients, bodies.drag,
-                        bodies.drag_noise, splits,
-                    )  # fmt: skip
-                    sums = add_heat_and_work(
-                        sums, start[3], ball[3], others[2:], coefficients, bodies.rotational_drag,
-                        bodies.rotational_drag_noise, splits,
-                    )  # fmt: skip
-                if has_ring:
-                    ring_sums = add_heat_and_work(
-                        ring_sums, u_ring, ring[1], xi_ring, coefficients, c_ring, a_ring, splits
-                    )
+                if not splits:
+                    after = slip(ball, bodies.radius)
+                    sums = add_heat_and_work(sums, u, after, xi, coefficients, c, a)
+                    if surrounded:
+                        sums = add_heat_and_work(
+                            sums, start[1], ball[1], others[:2], coefficients, bodies.drag,
+                            bodies.drag_noise,
+                        )  # fmt: skip
+                        sums = add_heat_and_work(
+                            sums, start[3], ball[3], others[2:], coefficients,
+                            bodies.rotational_drag, bodies.rotational_drag_noise,
+                        )  # fmt: skip
+                    if has_ring:
+                        ring_sums = add_heat_and_work(
+                            ring_sums, u_ring, ring[1], xi_ring, coefficients, c_ring, a_ring
+                        )
                 if (n + 1) % interval == 0:
                     record = recorded[(n + 1) // interval - 1, replica]
                     _pack(record, ball, ring, sums, ring_sums)

@@ -55,14 +55,68 @@ def angular_velocity(mu, axis, inertia, time, by_cayley):
 
 
 @subroutine(forceinline=True)
-def heat_and_work(before, after, friction, noise, increment, timestep, exact):
-    """Return heat c u^2 h and work alpha u dW of a step, in J, along the velocity u.
+def heat_and_work(before, after, friction, noise, increment, timestep):
+    """Return heat c u^2 h and work alpha u dW of a step, in J, along the mean velocity u."""
+    mean = 0.5 * (before + after)
+    return friction * mean * mean * timestep, noise * mean * increment
 
-    `exact` states whether friction and noise are solved exactly in the step.
+
+@subroutine(forceinline=True)
+def added(sums, taken, gained, noisy):
+    """Return heat and work after an exact part in which a body has gained energy from its bath.
+
+    `taken` is the heat by `Exchange`. Without noise, no work is done, and without friction no heat.
     """
-    mean, change = 0.5 * (before + after), after - before
-    within = 0.25 * friction * change * change * timestep if exact else 0.0
-    return friction * mean * mean * timestep + within, noise * mean * increment + within
+    heat, work = sums
+    if noisy:
+        return heat + taken, work + gained + taken
+    return heat - gained if taken != 0.0 else heat, work
+
+
+@subroutine(forceinline=True)
+def exchanged_by_ball(sums, before, after, time, force, torque, bodies, row):
+    """Return heat and work of the ball after an exact part; see `Exchange`.
+
+    `time` is that of force and torque, 0 if they do not act; `row` is one of `exchange`.
+    """
+    _, v, _, a = before
+    _, w, _, b = after
+    on = 1.0 if time != 0.0 else 0.0
+    fx, fy = on * force[0], on * force[1]
+    tx, ty, tz = on * torque[0], on * torque[1], on * torque[2]
+    taken_x, gained_x = _in_plane((v[0], -a[1]), (w[0], -b[1]), (fx, -ty), bodies, row)
+    taken_y, gained_y = _in_plane((v[1], a[0]), (w[1], b[0]), (fy, tx), bodies, row)
+    mean = 0.5 * (a[2] + b[2])
+    gained = bodies.inertia * (b[2] - a[2]) * mean - tz * (row[11] * mean + row[12] * tz)
+    taken = row[10] * (a[2] * a[2] + b[2] * b[2]) + row[19]
+    noise = bodies.slip_noise + bodies.drag_noise + bodies.rotational_drag_noise
+    return added(sums, taken_x + taken_y + taken, gained_x + gained_y + gained, noise > 0.0)
+
+
+@subroutine(forceinline=True)
+def _in_plane(u, w, force, bodies, row):
+    """Return the heat and the gain of energy of two velocities, u before and w after."""
+    x, y = 0.5 * (u[0] + w[0]), 0.5 * (u[1] + w[1])
+    moved_x = row[3] * x + row[4] * y + row[7] * force[0] + row[8] * force[1]
+    moved_y = row[5] * x + row[6] * y + row[8] * force[0] + row[9] * force[1]
+    gained = bodies.mass * (w[0] - u[0]) * x + bodies.inertia * (w[1] - u[1]) * y
+    gained -= force[0] * moved_x + force[1] * moved_y
+    taken = row[0] * (u[0] * u[0] + w[0] * w[0]) + row[2] * (u[1] * u[1] + w[1] * w[1])
+    return taken + 2.0 * row[1] * (u[0] * u[1] + w[0] * w[1]), gained
+
+
+@subroutine(forceinline=True)
+def exchanged_by_ring(sums, before, after, time, torque, bodies, row):
+    """Return heat and work of the ring after an exact part, as for the ball."""
+    orientation, omega = before
+    axis, mean = third_axis(orientation), scaled(0.5, plus(omega, 1.0, after[1]))
+    torque = scaled(1.0 if time != 0.0 else 0.0, torque)
+    change = stretched(plus(after[1], -1.0, omega), axis, bodies.across, bodies.axial)
+    moved = stretched(torque, axis, row[15], row[18])
+    moved = plus(stretched(mean, axis, row[14], row[17]), 1.0, moved)
+    taken = dot(omega, stretched(omega, axis, row[13], row[16])) + row[20]
+    taken += dot(after[1], stretched(after[1], axis, row[13], row[16]))
+    return added(sums, taken, dot(change, mean) - dot(torque, moved), bodies.ring_noise > 0.0)
 
 
 @subroutine(forceinline=True)
@@ -223,13 +277,13 @@ def acted_on_ring(ring, row, kicks, o_part, torque, xi, bodies):
 
 
 @subroutine(forceinline=True)
-def add_heat_and_work(sums, before, after, xi, coefficients, friction, noise, exact):
+def add_heat_and_work(sums, before, after, xi, coefficients, friction, noise):
     """Return the running sums after a step's heat and work; see `heat_and_work`."""
     heat, work = sums
     h, root = coefficients.timestep, math.sqrt(coefficients.timestep)
     for k in range(len(before)):
         increment = root * xi[k]
-        taken, given = heat_and_work(before[k], after[k], friction, noise, increment, h, exact)
+        taken, given = heat_and_work(before[k], after[k], friction, noise, increment, h)
         heat += taken
         work += given
     return heat, work

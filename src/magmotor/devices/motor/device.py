@@ -22,7 +22,7 @@ from magmotor.devices.ball.resting import resting_ball, split_by
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.ball.states import axes, given_parts
 from magmotor.devices.motor import theory
-from magmotor.devices.motor.energy import motor_energy, motor_energy_balance
+from magmotor.devices.motor.energy import check_first_law, motor_energy, motor_energy_balance
 from magmotor.devices.motor.guard import MotorGuard
 from magmotor.devices.motor.measures import MEASURES
 from magmotor.devices.motor.movie import GAUGE, MotorMovieContent
@@ -164,6 +164,14 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
             ),
         }
         return {name: _column(replicas, *value) for name, value in values.items()}
+
+    def check_result(self, scene: Motor, run: xr.Dataset) -> None:
+        """Warn if the method has created or destroyed energy; see `check_first_law`."""
+        check_first_law(run, scene)
+
+    def uncharted(self, scene: Motor) -> str:
+        """Return the heat between two temperatures, which the charted motor does not have."""
+        return "the heat between its temperatures" if scene.has_two_temperatures else ""
 
     def energy_balance(self, run: xr.Dataset, scene: Motor) -> xr.Dataset:
         """Compare the energy of a run with heat and work."""

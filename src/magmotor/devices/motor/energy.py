@@ -1,5 +1,6 @@
 """Energy of the motor, magnetic lift on its ball, energy balance and efficiency."""
 
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from magmotor.devices.motor.states import MotorStates
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate
 from magmotor.devices.motor.variational import magnets
 from magmotor.dipoles import NOBODY
+from magmotor.numerics.batch_means import BATCHES, mean_and_error
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.rotations import columns, dot, place_dipoles
 
@@ -35,6 +37,13 @@ LABELS = {
     "share": ("1", "share of the work on the ring that has reached the ball"),
 }
 """Units and labels of the variables of `motor_energy_balance` and `efficiency`."""
+
+
+LARGEST_SHARE = 0.1
+"""Share of what is exchanged that a method may add to the energy, or lose, without a warning."""
+
+SIGNIFICANT = 5
+"""Standard errors of a significant drift."""
 
 
 class MotorEnergy(NamedTuple):
@@ -148,6 +157,40 @@ def motor_energy_balance(run: xr.Dataset, scene: Motor = OWN) -> xr.Dataset:
         "residual": gain + heat - work - load_work,
     }
     return labeled(xr.Dataset(data), LABELS)
+
+
+def check_first_law(run: xr.Dataset, scene: Motor) -> None:
+    """Warn if a finished run's energy, heat and work drift apart by more than a small share.
+
+    Between two temperatures the share is that of the heat from either bath, else of all heat and
+    work, and of the ball's energy. Five standard errors of a mean over 16 batches or more.
+
+    Warns
+    -----
+    UserWarning
+        The method has created or destroyed energy.
+    """
+    if scene.load_torque or run.sizes["time"] <= BATCHES:
+        return
+    heat, work = run.heat.values, run.work.values
+    residual = run.energy.values + heat - work
+    drift, error = mean_and_error(np.diff(residual, axis=-1))
+    lost = drift * (run.sizes["time"] - 1)
+    from_ring = run.ring_work.values - run.ring_heat.values
+    if scene.has_two_temperatures:
+        each = (from_ring, work - heat - from_ring)
+        scale = max(abs(float(np.mean(gained[..., -1] - gained[..., 0]))) for gained in each)
+    else:
+        scale = float(np.mean((abs(heat) + abs(work))[..., -1]))
+        scale += float(np.abs(run.energy.values - run.ring_energy.values).max())
+    if abs(drift) > SIGNIFICANT * error and abs(lost) > LARGEST_SHARE * scale:
+        exchanged = "the heat" if scene.has_two_temperatures else "heat, work and energy"
+        warnings.warn(
+            f"timestep = {run.attrs['timestep']:g}: {run.attrs['method']} has"
+            f" {'added' if lost > 0 else 'lost'} {abs(lost):.2g} J, {abs(lost) / scale:.0%} of"
+            f" {exchanged}, so that the first law does not hold: use a shorter timestep",
+            stacklevel=7,  # the caller of simulate
+        )
 
 
 @analysis("energy", "ring_energy", "heat", "ring_heat", "work", "ring_work", of=Motor, finite=False)

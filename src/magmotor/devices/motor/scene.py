@@ -296,6 +296,13 @@ class Motor(BallScene):
         return self.noises[-1] ** 2 / (2 * self.frictions[-1])
 
     @property
+    def has_two_temperatures(self) -> bool:
+        """Whether the temperatures alpha^2/(2c) of ball and ring differ, so that heat flows."""
+        pairs = zip(self.frictions[1:3], self.noises[1:3], strict=True)
+        (c, a), (c_ring, a_ring) = pairs
+        return self.is_noisy and not math.isclose(a**2 * c_ring, a_ring**2 * c, rel_tol=1e-9)
+
+    @property
     def beta(self) -> float:
         """Inverse temperature 2c/alpha^2 in 1/J of Gibbs' law (kjhss); infinite without noise.
 

@@ -107,3 +107,8 @@ class Baoab(Thermostat):
                 *addresses, steps.first, steps.nstep, self._coefficients, steps.records, work
             )
         return Taken(following, steps.exchanged)
+
+
+def record_exchange(splitting: Baoab) -> None:
+    """Make `rollout` also return `qpos` at part O, and `qvel` before and after it."""
+    splitting._recorded = 2 * splitting.model.nq + 3 * splitting.model.nv

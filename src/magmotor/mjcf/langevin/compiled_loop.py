@@ -68,8 +68,9 @@ def _advance(checksum: int, offsets: layout.Layout):
         count : int
             Number of steps.
         coefficients : StepCoefficients
-        path : ndarray, shape (count, nq + nv) or (0, 0)
-            Receives `qpos` and `qvel` after each step, if it has rows.
+        path : ndarray, shape (count, nq + nv), (count, 2 nq + 3 nv) or (0, 0)
+            Receives `qpos` and `qvel` after each step, if it has rows, and in the wider form `qpos`
+            at part O, and `qvel` before and after it.
         work : ndarray, shape (3 nv + channels,)
             Scratch memory.
         """
@@ -81,7 +82,7 @@ def _advance(checksum: int, offsets: layout.Layout):
             memory.borrowed(path),
             memory.borrowed(work),
         )
-        n, channels = len(coefficients.kick), coefficients.channels
+        n, nq, channels = len(coefficients.kick), int(m[offsets.nq // 8]), coefficients.channels
         qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
         qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)[0]
         time = memory.numbers(data + offsets.time, 1, 1)[0]
@@ -91,7 +92,7 @@ def _advance(checksum: int, offsets: layout.Layout):
             first = chosen(d, m, offsets, 4) + step_number(model, data, offsets)
         force, change, whole = work[:n], work[n : 2 * n], work[2 * n :]
         noise = whole[n:]
-        done = 0
+        wide, done = path.shape[1] > nq + n, 0
         while True:
             _compute_forces(model, data, offsets, coefficients, force)
             if done > 0:
@@ -103,9 +104,8 @@ def _advance(checksum: int, offsets: layout.Layout):
                 if not kept:
                     return BY_TIME
                 if len(path) > 0:
-                    nq = path.shape[1] - n
                     copy(path[done - 1, :nq], qpos)
-                    copy(path[done - 1, nq:], qvel)
+                    copy(path[done - 1, nq : nq + n], qvel)
             if done == count:
                 return first + done
             for i in range(n):
@@ -114,7 +114,12 @@ def _advance(checksum: int, offsets: layout.Layout):
             _drift(model, qpos, qvel, coefficients)
             for channel in range(channels):
                 noise[channel] = normal(seed, replica, step, channel, factor, level)
+            if wide:
+                copy(path[done, nq + n : 2 * nq + n], qpos)
+                copy(path[done, 2 * nq + n : 2 * (nq + n)], qvel)
             _damp_and_drive(qpos, qvel, coefficients, whole, change)
+            if wide:
+                copy(path[done, 2 * (nq + n) :], qvel)
             _drift(model, qpos, qvel, coefficients)
             done += 1
 

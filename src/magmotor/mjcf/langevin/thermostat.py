@@ -107,6 +107,7 @@ class Thermostat(ABC):
     def __init__(self, model: mujoco.MjModel):
         check_type("model", model, mujoco.MjModel)
         self.model = model
+        self._recorded = model.nq + model.nv
         self._timestep = model.opt.timestep
 
     @abstractmethod
@@ -182,11 +183,11 @@ class Thermostat(ABC):
         size = mujoco.mj_stateSize(self.model, control_spec)
         if control is not None:
             check_floats("control", control, "replicas", 1, size)
-        room = physical_memory() / (8 * max(1, len(initial_state) * (width - 1)))
+        room = physical_memory() / (8 * max(1, len(initial_state) * self._recorded))
         if nstep > room:
             raise reject("nstep", nstep, f"must be at most {int(room)} to fit in memory")
         start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
-        paths = np.empty((len(initial_state), nstep, initial_state.shape[1] - 1))
+        paths = np.empty((len(initial_state), nstep, self._recorded))
 
         def follow(thread: int, stop: threading.Event) -> None:
             used = data[thread]
