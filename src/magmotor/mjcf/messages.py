@@ -102,7 +102,10 @@ def forget(bits):
 
 @subroutine
 def has_acted(model):
-    """Whether this model is the one on which something has acted last, as before a switch."""
+    """Whether something has acted last on this model, as before a switch.
+
+    Once the model is freed, another one may have the same address; its time begins at 0.
+    """
     return memory.words(acted_address(), 1)[0] == model
 
 
