@@ -19,6 +19,7 @@ from magmotor.mjcf.forces.dipole_sites import (
 )
 from magmotor.mjcf.forces.marks import WORDS
 from magmotor.mjcf.forces.valid_indices import FIELDS, SIZES, TEXTS
+from magmotor.mjcf.lookup import decoded
 
 Details = Sequence[float]
 """Numbers of an error, `errors.DETAILS` of them."""
@@ -284,5 +285,5 @@ def sentence_of_notice(
 
 def _shortened(characters: bytes | None) -> str:
     """Return a name or text so short that MuJoCo does not cut the message."""
-    text = (characters or b"").decode(errors="replace")
+    text = decoded(characters or b"")
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
