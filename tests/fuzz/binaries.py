@@ -10,7 +10,6 @@ import multiprocessing
 import os
 import resource
 import signal
-import sys
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -137,15 +136,21 @@ def model(plugin: bool) -> mujoco.MjModel:
 
 def directed() -> list[Mutation]:
     """Return -1, the largest C int and the first number out of range in all that magmotor reads."""
-    sound, found = model(True), []
-    for field, _, limit, _, _ in INDICES:
-        last = getattr(sound, field).size - 1
-        values = -1, LARGEST, getattr(sound, limit)
-        found += [(field, last, value) for value in values]
-    found += [(field, 0, value) for field in SIZES.values() for value in (-1, LARGEST)]
-    found += [("tuple_objid", 0, value) for value in (-1, LARGEST)]
-    found += [(field, getattr(sound, count) - 1, 1) for field, count in TEXTS]
-    return [Mutation(k, k % 2 == 0, *each) for k, each in enumerate(found)]
+    wrong = [(field, -1, value) for field, *_ in INDICES for value in (-1, LARGEST)]
+    wrong += [(field, -1, limit) for field, _, limit, *_ in INDICES]
+    wrong += [(field, -1, value) for field in SIZES.values() for value in (-1, LARGEST)]
+    wrong += [("tuple_objid", 0, value) for value in (-1, LARGEST)]
+    wrong += [(field, count, 1) for field, count in TEXTS]
+    sound, found = (model(False), model(True)), []
+    for number, (field, element, value) in enumerate(wrong):
+        of, plugin = sound[number % 2], number % 2 == 1
+        if element == -1:
+            element = getattr(of, field).size - 1
+        elif element != 0:
+            element = getattr(of, element) - 1
+        value = value if isinstance(value, int) else getattr(of, value)
+        found.append(Mutation(number, plugin, field, element, value))
+    return found
 
 
 def random(seed: int, number: int) -> Mutation:
@@ -294,7 +299,3 @@ def mutations(count: int, seed: int) -> list[Mutation]:
     """Return the directed mutations, and further ones up to a number of all."""
     found = directed()[:count]
     return found + [random(seed, number) for number in range(len(found), count)]
-
-
-if __name__ == "__main__":
-    sys.exit(0 if try_binaries(mutations(int(sys.argv[1]), int(sys.argv[2]))) else 1)

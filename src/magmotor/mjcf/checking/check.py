@@ -9,6 +9,7 @@ import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
+from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.langevin.temperature import joined
 
@@ -94,6 +95,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     nothing to fix
     """
     check_number("timestep of the model", model.opt.timestep, above=0)
+    acting_forces(model)  # an invalid model would crash MuJoCo's functions
     with np.errstate(all="ignore"):
         found = [*failures(model, _state(model, data))]
     numbers = {name: row for failure in found for name, row in failure.owners}
