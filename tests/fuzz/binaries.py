@@ -136,20 +136,18 @@ def model(plugin: bool) -> mujoco.MjModel:
 
 def directed() -> list[Mutation]:
     """Return -1, the largest C int and the first number out of range in all that magmotor reads."""
-    wrong = [(field, -1, value) for field, *_ in INDICES for value in (-1, LARGEST)]
-    wrong += [(field, -1, limit) for field, _, limit, *_ in INDICES]
-    wrong += [(field, -1, value) for field in SIZES.values() for value in (-1, LARGEST)]
+    sound = model(False), model(True)
+    last = {field: getattr(sound[0], field).size - 1 for field, *_ in INDICES}
+    wrong = [(field, k, value) for field, k in last.items() for value in (-1, LARGEST)]
+    wrong += [(field, last[field], getattr(sound[0], limit)) for field, _, limit, *_ in INDICES]
+    wrong += [
+        (sizes, last[field], value) for field, sizes in SIZES.items() for value in (-1, LARGEST)
+    ]
     wrong += [("tuple_objid", 0, value) for value in (-1, LARGEST)]
-    wrong += [(field, count, 1) for field, count in TEXTS]
-    sound, found = (model(False), model(True)), []
-    for number, (field, element, value) in enumerate(wrong):
-        of, plugin = sound[number % 2], number % 2 == 1
-        if element == -1:
-            element = getattr(of, field).size - 1
-        elif element != 0:
-            element = getattr(of, element) - 1
-        value = value if isinstance(value, int) else getattr(of, value)
-        found.append(Mutation(number, plugin, field, element, value))
+    found = [Mutation(k, k % 2 == 1, *each) for k, each in enumerate(wrong)]
+    for field, count in TEXTS:
+        plugin = field == "plugin_attr"
+        found.append(Mutation(len(found), plugin, field, getattr(sound[plugin], count) - 1, 1))
     return found
 
 
@@ -184,7 +182,7 @@ def write(mutation: Mutation, path: Path) -> None:
         place = ctypes.c_void_p.from_address(
             damaged._address + getattr(layout.current(), field)
         ).value
-        ctypes.c_char.from_address((place or 0) + element).value = value
+        ctypes.c_byte.from_address((place or 0) + element).value = value
     elif field != "header":
         array = getattr(damaged, field).reshape(-1)
         if element < 0:

@@ -6,6 +6,7 @@ import stat
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
@@ -35,9 +36,10 @@ def load(path: Path) -> mujoco.MjModel:
         raise ValueError(f"cannot read {shown(path)}: {reason}") from None
     if not regular:
         raise reject("path", str(path), "must be a file, not a folder, pipe or device")
+    name: Any = os.fsencode(path)  # which need not be UTF-8
     if path.suffix.lower() != ".mjb":
         try:
-            model = mujoco.MjModel.from_xml_path(os.fsencode(path))  # pyright: ignore[reportArgumentType]
+            model = mujoco.MjModel.from_xml_path(name)
         except ValueError as error:
             said = decoded(error.object) if isinstance(error, UnicodeDecodeError) else str(error)
             raise ValueError(f"cannot load {shown(path)}: {in_words(said)}") from None
@@ -46,7 +48,7 @@ def load(path: Path) -> mujoco.MjModel:
         return model
     with quiet():
         try:
-            return mujoco.MjModel.from_binary_path(os.fsencode(path))
+            return mujoco.MjModel.from_binary_path(name)
         except ValueError:
             sentence = f"must be a model that MuJoCo {mujoco.__version__} has compiled"
             raise reject("path", str(path), sentence) from None
