@@ -99,7 +99,7 @@ test-quick: .venv/dev-ready  ## tests of the library and the devices, in half th
 	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 tests/library tests/devices $(ARGS)
 
-fuzz: .venv/dev-ready  ## hostile input to the public interface; ARGS="--inputs 100000 --seed 7"
+fuzz: .venv/dev-ready  ## hostile input to the public interface, damaged models; ARGS="--inputs 100000 --seed 7"
 	@echo "== fuzz: calls that crash, hang or raise an unexpected error are listed with their numbers"
 	@PYTHONPATH=tests $(PYTHON) -m fuzz $(ARGS)
 

@@ -1,4 +1,7 @@
-"""`make fuzz`: hostile input to the public interface; ARGS="--inputs 100000 --seed 7"."""
+"""`make fuzz`: hostile input to the public interface, and damaged binaries of models.
+
+ARGS="--inputs 100000 --seed 7", or ARGS="--inputs 0 --binaries 5000".
+"""
 
 import argparse
 import contextlib
@@ -10,7 +13,7 @@ from collections.abc import Callable, Iterable
 
 from tqdm import tqdm
 
-from . import calls
+from . import binaries, calls
 from .calls import Call
 from .judge import Verdict, judge_targets
 from .pool import judged
@@ -66,6 +69,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, metavar="NUMBER", help="first input")
     parser.add_argument("--of", default="", metavar="REGEX", help="only callables that match")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--binaries", type=int, default=500, help="damaged models (default: 500)")
     options = parser.parse_args()
     names = [target.name for target in calls.found()[0]]
     chosen = [index for index, name in enumerate(names) if re.search(options.of, name)]
@@ -77,7 +81,11 @@ def main() -> None:
     if options.only is not None:
         numbers = [options.only]
         print(calls.call(options.seed, options.only))
-    sys.exit(0 if fuzz(numbers, options.seed, min(options.processes, len(numbers))) else 1)
+    sound = not numbers or fuzz(numbers, options.seed, min(options.processes, len(numbers)))
+    if options.only is None and not options.of and not options.first:
+        damaged = tqdm(binaries.mutations(options.binaries, options.seed), "binaries", disable=None)
+        sound &= binaries.try_binaries(damaged)
+    sys.exit(0 if sound else 1)
 
 
 if __name__ == "__main__":

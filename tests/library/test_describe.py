@@ -643,3 +643,51 @@ def test_iron_without_susceptibility(capsys):
     found, printed = described(text, capsys)
     assert found.acting == ()
     assert "not acting: iron, since its susceptibility is 0" in printed.splitlines()
+
+
+def test_elements_without_a_name_are_named_once(capsys):
+    """By their type and number."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><custom><text name="magmotor" data="dipoles"/></custom><worldbody>
+        <site/><site user="5e4"/><body><freejoint/><geom size=".1"/><site name="s"/></body>
+        </worldbody></mujoco>"""
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mm.describe(model)
+        mm.check(model)
+    said = capsys.readouterr().out
+    assert "site site" not in said
+    assert all(f"{name}" in said for name in ("site 0, site s:", "site 1 has 50000 A m^2"))
+
+
+LATIN = """<mujoco>
+  <custom>
+    <text name="magmotor" data="all"/>
+    <numeric name="field_k\xfchl" data="0 0 1e-3"/>
+    <tuple name="field f\xfcr"><element objtype="numeric" objname="field_k\xfchl"/></tuple>
+  </custom>
+  <worldbody>
+    <body name="M\xfcller"><joint name="T\xfcr" type="hinge" axis="1 0 0"/>
+      <geom name="St\xfcck" size=".1"/><site name="s\xfc\xdf" user="{moment}"/></body>
+  </worldbody>
+  <keyframe><key name="fr\xfch"/></keyframe>
+</mujoco>"""
+"""A model whose names are neither ASCII nor, in Latin-1, UTF-8."""
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_names_in_latin_1(encoding, tmp_path, capsys):
+    path = tmp_path / "model.xml"
+    path.write_bytes(LATIN.format(moment="2e3").encode(encoding))
+    model = mujoco.MjModel.from_xml_path(str(path))
+    found = mm.describe(model)
+    assert found.dipoles == {"M\xfcller": 1}
+    assert [*found.fields] == ["field_k\xfchl"]
+    assert "site s\xfc\xdf has 2000 A m^2" in capsys.readouterr().out
+    assert any("M\xfcller" in each or "s\xfc\xdf" in each for each in mm.check(model).findings)
+    model.site_user[:] = np.nan
+    with pytest.raises(ValueError, match="site 0 's\xfc\xdf'"):
+        mm.describe(model)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match="site 0 's\xfc\xdf'"):
+        mujoco.mj_step(model, mujoco.MjData(model))

@@ -1,6 +1,7 @@
 """Errors on threads of rollouts and batches: a failed state is NaN, and the process lives."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -432,3 +433,82 @@ def test_ctrl_c_ends_a_compilation_that_takes_a_minute(tmp_path):
             assert time.monotonic() < until
             time.sleep(0.05)
     assert [path for path in tmp_path.rglob("*") if path.is_file() and path.suffix != ".nbc"] == []
+
+
+WITHOUT_THE_PRIVATE_FUNCTION = """
+import sys
+import mujoco, mujoco.rollout, numpy as np
+import magmotor as mm
+from magmotor.mjcf import messages
+
+whole = messages.library()
+
+class Library:
+    def __getattr__(self, name):
+        if name == "_mjPRIVATE_setTlsLogHandler":
+            raise AttributeError(name)
+        return getattr(whole, name)
+
+messages.library = Library
+model = mujoco.MjModel.from_xml_string(sys.argv[1])
+data = [mujoco.MjData(model) for _ in range(2)]
+for threads in (1, 2):
+    try:
+        with mm.magnetism():
+            states, _ = mujoco.rollout.rollout(model, data[:threads], np.zeros((4, 3)), nstep=3)
+            print(threads, np.isnan(states[:, :, 1]).all())
+    except mujoco.FatalError as error:
+        print(threads, error)
+mujoco.mj_resetData(model, data[0])
+try:
+    with mm.magnetism():
+        mujoco.mj_step(model, data[0])
+except mujoco.FatalError as error:
+    print(error)
+try:
+    mm.magnetic_energy(model, data[0])
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_a_mujoco_without_the_private_function_does_not_end_the_process():
+    """Then the threads that Python entered handle errors, and those of a rollout do not."""
+    xml = SLIDER.format(extension="", integrator="Euler").replace('pos="1 0 0"', 'pos="0 0 0"')
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_THE_PRIVATE_FUNCTION, xml],
+        capture_output=True, text=True, check=True, env=os.environ,
+    )  # fmt: skip
+    here, nan, pool, step, energy = done.stdout.splitlines()
+    assert here.startswith("1 dipole sites 1 'moving' and 0 'still' coincide")
+    assert (nan, "these runs are NaN" in pool) == ("2 True", True)
+    assert step.endswith("their force is undefined")
+    assert energy == step
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("site_bodyid", -1),
+        ("site_bodyid", 3),
+        ("body_weldid", 2),
+        ("name_textadr", -1),
+        ("text_adr", 2**31 - 1),
+        ("geom_bodyid", -1),
+    ],
+)
+def test_an_index_out_of_range_is_named(field, value, hook):
+    model = compiled(NEEDLE, hook, "Euler")
+    data = mujoco.MjData(model)
+    element = 1 if field == "body_weldid" else getattr(model, field).size - 1
+    getattr(model, field)[element] = value
+    named = re.escape(f"{field}[{element}] of the model = {value}")
+    for call in (mm.describe, mm.check, lambda model: mm.field(model, data, [1.0, 2.0, 3.0])):
+        with pytest.raises((ValueError, mujoco.FatalError), match=named):
+            call(model)
+    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=named):
+        mujoco.mj_step(model, data)
+    if hook == "plugin":
+        with pytest.raises(mujoco.FatalError, match=named):
+            mujoco.MjData(model)

@@ -17,7 +17,7 @@ from numba.core.ccallback import CFunc
 from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from magmotor.mjcf import callbacks, layout
+from magmotor.mjcf import callbacks, layout, messages
 from magmotor.numerics import numba_cache
 
 MARK = '<custom><text name="magmotor" data="dipoles couplings"/></custom>'
@@ -618,3 +618,41 @@ def test_a_second_process_loads_the_callback_from_disk():
     command = [sys.executable, "-c", code]
     second = subprocess.run(command, capture_output=True, text=True, check=True)
     assert second.stdout == "1\n"
+
+
+def test_a_new_model_where_an_older_one_was_is_not_taken_for_it(monkeypatch):
+    """Nothing acts on it, although something acted on the other one, which had its address."""
+    model = mujoco.MjModel.from_xml_string(f"<mujoco>{MARK}</mujoco>")
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        monkeypatch.setattr(messages._acted, "value", model._address)
+        with pytest.warns(UserWarning, match="nothing acts on this model"):
+            mujoco.mj_step(model, data)
+
+
+@pytest.mark.parametrize("tuples", ["", OFF])
+@pytest.mark.parametrize(("bodies", "sites"), [(15, 4), (15, 16), (3, 40)])
+def test_sites_need_not_be_sorted_by_bodies(bodies, sites, tuples):
+    """Python may assign any order. Every sixteenth site belongs to the same body here."""
+    rng = np.random.default_rng(bodies)
+    dipoles = "".join(
+        f'<site pos="{x} {y} {z}" zaxis="{u} {v} 1" user="{m}"/>'
+        for x, y, z, u, v, m in rng.normal(size=(sites, 6)) * (0.05, 0.05, 0.05, 1, 1, 1)
+    )
+    each = '<body pos="{} 0 0"><freejoint/><geom size=".01"/>{}</body>'
+    world = "".join(each.format(0.5 * k, dipoles) for k in range(bodies))
+    world += '<body name="needle"/><body name="base"/><body name="tail"/>' if tuples else ""
+    custom = MARK.replace("</custom>", f"{tuples}</custom>")
+    xml = f"<mujoco>{custom}<worldbody>{world}</worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(xml)
+    model.site_bodyid[:] = model.site_bodyid.reshape(bodies, sites).T.ravel()
+    data, expected = mujoco.MjData(model), mujoco.MjData(model)
+    mujoco.mj_kinematics(model, expected)
+    mujoco.mj_comPos(model, expected)
+    apply_magnetism(model, expected)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    size = abs(expected.xfrc_applied).max()
+    np.testing.assert_allclose(
+        data.xfrc_applied, expected.xfrc_applied, rtol=0, atol=2e-14 * size  # 4e-15
+    )  # fmt: skip

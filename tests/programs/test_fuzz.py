@@ -7,6 +7,7 @@ import time
 import numpy as np
 from fuzz import judge, pool
 from fuzz.__main__ import fuzz, report
+from fuzz.binaries import mutations, try_binaries
 from fuzz.calls import Call, call
 from fuzz.targets import of_function, targets
 
@@ -95,3 +96,10 @@ def test_the_whole_public_interface_is_called():
     for name in (*mm.theory.__all__, *mm.observables.__all__):
         of_results = name in ("CriticalPoint", "MotorWells")  # tuples without methods
         assert of_results or any(found.split(".")[2:3] == [name] for found in names)
+
+
+def test_damaged_binaries_crash_no_process():
+    """All directed ones and 40 random ones; see `make fuzz` for more."""
+    said = []
+    assert try_binaries(mutations(130, seed=1), said.append), "\n".join(said)
+    print(said[-1])

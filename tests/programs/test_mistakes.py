@@ -1,6 +1,9 @@
 """Mistakes that new users make: each is one sentence that says what to do."""
 
+import os
 import re
+import subprocess
+import sys
 import warnings
 from functools import cache
 from pathlib import Path
@@ -290,3 +293,24 @@ def test_a_temperature_in_kelvin_is_doubted(kT, doubted):
         == [f"kT = {kT:g} J is an energy: {kT:g} K would be kT = {1.380649e-23 * kT:.3g} J"]
         * doubted
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        ('<mujoco><worldbody><site name="\xfc" user="1"/></worldbody></mujoco>', 0, "acting:"),
+        ('<mujoco><worldbody><site user="\xfc"/></worldbody></mujoco>', 2, "cannot load"),
+        ('<mujoco><worldbody><geom mesh="\xfc" type="mesh"/></worldbody></mujoco>', 2, "\xfc"),
+        (None, 2, "No such file"),
+    ],
+)
+def test_paths_and_names_that_are_not_utf_8(text, code, said, tmp_path):
+    folder = os.fsencode(tmp_path) + b"/m\xfcll"
+    os.mkdir(folder)  # noqa: PTH102 - a path of bytes
+    path = folder + b"/\xfc.xml"
+    if text is not None:
+        Path(os.fsdecode(path)).write_bytes(text.encode("latin-1"))
+    command = [sys.executable, "-m", "magmotor", "describe", path]
+    done = subprocess.run(command, capture_output=True, env=os.environ | {"PYTHONUTF8": "1"})
+    lines = (done.stdout + done.stderr).decode(errors="surrogateescape")
+    assert (done.returncode, said in lines, "Traceback" in lines) == (code, True, False), lines

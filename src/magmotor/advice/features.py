@@ -13,7 +13,7 @@ import magmotor_plugin
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import name_of
 from magmotor.mjcf.forces.marks import DIPOLES
-from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.lookup import disabled, given_name
 
 Numbers = NDArray[np.integer]
 
@@ -208,7 +208,7 @@ def _contacts(model: mujoco.MjModel, seen: Seen) -> Iterator[Feature]:
 def _tolerance(model: mujoco.MjModel) -> Iterator[Feature]:
     """Yield a tenfold tolerance of the forces between dipoles, if the model declares one."""
     for k in range(model.nnumeric):
-        if model.numeric(k).name == "magnetic_tolerance" and dipoles(model).size:
+        if given_name(model, "numeric", k) == "magnetic_tolerance" and dipoles(model).size:
             where = int(model.numeric_adr[k])
             value = min(10 * float(model.numeric_data[where]), LARGEST_TOLERANCE)
             if value > model.numeric_data[where]:

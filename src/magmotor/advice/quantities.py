@@ -11,7 +11,7 @@ from magmotor.advice.paths import RECORD, OutOfTime
 from magmotor.common.arrays import Array, Integers
 from magmotor.common.checks import check_choice, reject
 from magmotor.mjcf.field_and_energy import magnetic_energy
-from magmotor.mjcf.lookup import label
+from magmotor.mjcf.lookup import given_name, label
 
 Function = Callable[[mujoco.MjModel, mujoco.MjData], object]
 
@@ -223,7 +223,7 @@ def _guarded(name: str, function: Function) -> Function:
 def _names(model: mujoco.MjModel, kind: str) -> tuple[str, ...]:
     counts = {"body": "nbody", "joint": "njnt"}
     count = getattr(model, counts.get(kind, f"n{kind}"))
-    return tuple(name for i in range(count) if (name := getattr(model, kind)(i).name))
+    return tuple(name for i in range(count) if (name := given_name(model, kind, i)))
 
 
 def _check(quantity: Quantity, model: mujoco.MjModel, data: mujoco.MjData) -> int:

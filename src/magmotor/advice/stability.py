@@ -10,6 +10,7 @@ import numpy as np
 
 from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
 from magmotor.common.arrays import Array
+from magmotor.mjcf.declared import name_of
 
 GROWTH = 1.002
 """Spectral radius of a step that counts as unstable; rounding and free drifts stay below."""
@@ -122,7 +123,7 @@ class Rest:
         parts: dict[str, float] = {}
         for dof, share in enumerate((energy / energy.sum()).tolist()):
             joint = int(model.dof_jntid[dof])
-            name = model.joint(joint).name or f"joint {joint}"
+            name = name_of(model, "joint", joint)
             parts[name] = parts.get(name, 0.0) + share
         return tuple(sorted(parts.items(), key=lambda part: -part[1])[:3])
 

@@ -1,10 +1,12 @@
 """Models of MJCF files on the command line."""
 
+import os
 import re
 import stat
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
@@ -12,6 +14,7 @@ import magmotor_plugin
 from magmotor.advice.silence import quiet
 from magmotor.commands.output import MISTAKE, fail, report, warn_in_one_line
 from magmotor.common.checks import SHOWN, did_you_mean, reject
+from magmotor.mjcf.lookup import decoded, given_name
 
 PLUGINS = [name.decode() for name in magmotor_plugin.NAMES]
 
@@ -33,17 +36,19 @@ def load(path: Path) -> mujoco.MjModel:
         raise ValueError(f"cannot read {shown(path)}: {reason}") from None
     if not regular:
         raise reject("path", str(path), "must be a file, not a folder, pipe or device")
+    name: Any = os.fsencode(path)  # which need not be UTF-8
     if path.suffix.lower() != ".mjb":
         try:
-            model = mujoco.MjModel.from_xml_path(str(path))
+            model = mujoco.MjModel.from_xml_path(name)
         except ValueError as error:
-            raise ValueError(f"cannot load {shown(path)}: {in_words(str(error))}") from None
+            said = decoded(error.object) if isinstance(error, UnicodeDecodeError) else str(error)
+            raise ValueError(f"cannot load {shown(path)}: {in_words(said)}") from None
         if is_dropped(path, model):
             warnings.warn(f"{shown(path)}: {DROPPED}", stacklevel=2)
         return model
     with quiet():
         try:
-            return mujoco.MjModel.from_binary_path(str(path))
+            return mujoco.MjModel.from_binary_path(name)
         except ValueError:
             sentence = f"must be a model that MuJoCo {mujoco.__version__} has compiled"
             raise reject("path", str(path), sentence) from None
@@ -86,7 +91,7 @@ def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]
     model = load(path)
     data = mujoco.MjData(model)
     if keyframe:
-        names = [model.key(k).name for k in range(model.nkey)]
+        names = [given_name(model, "key", k) for k in range(model.nkey)]
         if keyframe not in names:
             known = ", ".join(names) or "none"
             raise ValueError(f"keyframe = {keyframe!r}: must be one of the model's: {known}")

@@ -11,6 +11,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
+from io import TextIOWrapper
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO, cast
@@ -40,6 +41,8 @@ def run_program(main: Callable[[], None]) -> None:
         and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     ):  # so that files are finished or removed, and checkpoints are saved
         signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+    if isinstance(sys.stdout, TextIOWrapper):  # for paths that are not UTF-8
+        sys.stdout.reconfigure(errors="surrogateescape")
     os.environ["COLUMNS"] = str(columns(sys.stdout))  # for tyro's boxes
     wraps = is_help_asked() or sys.stdout.isatty()
     output = cast(TextIO, Wrapped(sys.stdout)) if wraps else sys.stdout

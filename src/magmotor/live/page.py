@@ -27,6 +27,7 @@ from magmotor.live.gate import Gate, is_number
 from magmotor.live.loop import ARROWS, Loop
 from magmotor.live.painted import painted_spheres
 from magmotor.mjcf.arrows import MOMENT
+from magmotor.mjcf.declared import name_of
 
 CURVED = 6
 """Frames between two updates of the curves and numbers."""
@@ -208,7 +209,7 @@ class Page:
         if not (model.actuator_ctrllimited[i] and least > -HUGE and largest < HUGE):
             least, largest = -1.0, 1.0
         exponent = _exponent(max(abs(least), abs(largest)))
-        unit, name = 10.0**exponent, model.actuator(i).name or f"actuator {i}"
+        unit, name = 10.0**exponent, name_of(model, "actuator", i)
         step = float(f"{(largest - least) / unit / STEPS:.0e}")
         digits = 1 - math.floor(math.log10(step))
         low, high = (round(float(end) / unit, digits) for end in (least, largest))

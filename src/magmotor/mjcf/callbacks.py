@@ -16,7 +16,12 @@ from numba import types
 
 import magmotor_plugin
 from magmotor.mjcf import binding, errors, layout, memory, messages, sentences
-from magmotor.mjcf.forces.all_forces import apply_forces, first_error
+from magmotor.mjcf.forces.all_forces import (
+    apply_forces,
+    checked_forces_of,
+    current_forces_of,
+    first_error,
+)
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     in_later_stage,
@@ -36,9 +41,10 @@ from magmotor.mjcf.forces.marks import (
     NOISE,
     POTENTIALS,
     UNMARKED,
-    forces_of,
+    UNREADABLE,
     plugin_instance,
 )
+from magmotor.mjcf.forces.valid_indices import is_at_start, is_readable, stays_readable
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.reports import report, warn_of_motion
 from magmotor.numerics.numba_cache import compiled_once
@@ -107,8 +113,7 @@ def _read(checksum: int, offsets: layout.Layout):
 
     def read(model):
         _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        kinds = forces_of(m, offsets)
+        kinds = checked_forces_of(memory.words(model, memory.UNBOUNDED), offsets)
         place = memory.triple_on_stack()
         first_error(model, kinds, True, place)
         report(memory.words(place, 3), model, model)
@@ -156,7 +161,7 @@ def _callback(checksum: int, offsets: layout.Layout):
         d = memory.words(data, memory.UNBOUNDED)
         if plugin_instance(m, offsets) >= 0:
             return
-        kinds = forces_of(m, offsets)
+        kinds = current_forces_of(m, d, offsets)
         place = memory.triple_on_stack()
         error, wrenches = memory.words(place, 3), d[offsets.xfrc_applied // 8]
         step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
@@ -179,7 +184,7 @@ def _callback(checksum: int, offsets: layout.Layout):
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
                 _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
-        elif not messages.has_acted(model):
+        elif is_at_start(data, offsets) or not messages.has_acted(model):
             reason, number = why_inert(m, offsets, kinds)
             if reason != MEASURED:
                 _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
@@ -194,7 +199,7 @@ def _init(checksum: int, offsets: layout.Layout):
     def init(model, data, instance):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
-        kinds = forces_of(m, offsets)
+        kinds = checked_forces_of(m, offsets)
         place = memory.triple_on_stack()
         first_error(model, kinds, True, place)
         error = memory.words(place, 3)
@@ -231,7 +236,9 @@ def _compute(checksum: int, offsets: layout.Layout):
         kinds = word[0] & KINDS
         if kinds & IDLE:
             return
-        if kinds & (COILS | FIELDS):
+        if not stays_readable(model, data, offsets):
+            kinds = UNREADABLE
+        elif kinds & (COILS | FIELDS):
             drives = drives_checksum(m, d, offsets)
             if capability == ACTUATOR_STAGE and drives != word[0] >> SHIFT:
                 # Finite differences change controls, but keep the passive forces.
@@ -295,10 +302,14 @@ def _check_magnetometers(checksum: int, offsets: layout.Layout):
     def init(model, data, instance):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
-        sensor = sensor_without_site(m, offsets, instance)
-        if sensor < 0:
+        place = memory.triple_on_stack()
+        error = memory.words(place, 3)
+        error[0], error[1] = errors.NO_SITE, sensor_without_site(m, offsets, instance)
+        if not is_readable(model):
+            first_error(model, UNREADABLE, False, place)
+        elif error[1] < 0:
             return 0
-        report((errors.NO_SITE, sensor, -1), model, model)
+        report(error, model, model)
         return FAILED
 
     return init
@@ -312,7 +323,7 @@ def _measure(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        kinds = forces_of(m, offsets)
+        kinds = current_forces_of(m, d, offsets)
         place = memory.triple_on_stack()
         first_error(model, kinds, False, place)
         error = memory.words(place, 3)
@@ -339,7 +350,7 @@ def _keep(m, data, offsets, instance):
     """Write what acts to the word in `plugin_data` that belongs to an instance."""
     first = instance == plugin_instance(m, offsets)
     word = memory.words(_plugin_data(data, offsets, instance), 1)
-    word[0] = forces_of(m, offsets) if first else IDLE
+    word[0] = checked_forces_of(m, offsets) if first else IDLE
 
 
 @subroutine

@@ -7,6 +7,7 @@ import numpy as np
 
 import magmotor_plugin
 from magmotor.mjcf.forces.fields import GRADIENT, UNIFORM
+from magmotor.mjcf.lookup import given_name
 
 NUMERIC, GEOM, SITE, BODY, ACTUATOR = (
     int(getattr(mujoco.mjtObj, f"mjOBJ_{kind}"))
@@ -20,7 +21,7 @@ Element = tuple[int, int, float]
 def tuples(model: mujoco.MjModel, prefix: str) -> Iterator[tuple[str, list[Element]]]:
     """Yield the name and the elements of each tuple whose name starts with a prefix."""
     for k in range(model.ntuple):
-        name = model.tuple(k).name
+        name = given_name(model, "tuple", k)
         if name.startswith(prefix):
             own = slice(model.tuple_adr[k], model.tuple_adr[k] + model.tuple_size[k])
             columns = model.tuple_objtype, model.tuple_objid, model.tuple_objprm
@@ -29,15 +30,19 @@ def tuples(model: mujoco.MjModel, prefix: str) -> Iterator[tuple[str, list[Eleme
 
 def name_of(model: mujoco.MjModel, kind: str, number: int) -> str:
     """Return the name of an element; without one, its kind and number."""
-    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), number)
-    return name or f"{kind} {number}"
+    return given_name(model, kind, number) or f"{kind} {number}"
+
+
+def with_kind(kind: str, name: str) -> str:
+    """Return what `name_of` returns for an element with its kind before it, once."""
+    return name if name.startswith(f"{kind} ") else f"{kind} {name}"
 
 
 def fields(model: mujoco.MjModel) -> dict[str, str]:
     """Return what each applied field is, by the name of its numeric."""
     found = {}
     for k in range(model.nnumeric):
-        name = model.numeric(k).name
+        name = given_name(model, "numeric", k)
         if name.startswith("field"):
             size, first = int(model.numeric_size[k]), int(model.numeric_adr[k])
             nodes = model.numeric_data[first : first + 3]
@@ -47,13 +52,13 @@ def fields(model: mujoco.MjModel) -> dict[str, str]:
         placed = [_place(model, *element) for element in elements if element[0] != NUMERIC]
         for kind, number, _ in elements:
             if kind == NUMERIC:
-                found[model.numeric(number).name] += "".join(placed)
+                found[given_name(model, "numeric", number)] += "".join(placed)
     return found
 
 
 def field_owners(model: mujoco.MjModel) -> dict[int, int]:
     """Return the rigid body to which each applied field is fixed, by the number of its numeric."""
-    found = {k: 0 for k in range(model.nnumeric) if model.numeric(k).name.startswith("field")}
+    found = {k: 0 for k in range(model.nnumeric) if is_field(model, k)}
     for _, elements in tuples(model, "field"):
         bodies = [n if kind == BODY else model.site_bodyid[n]
                   for kind, n, _ in elements if kind in (BODY, SITE)]  # fmt: skip
@@ -61,6 +66,11 @@ def field_owners(model: mujoco.MjModel) -> dict[int, int]:
             if kind == NUMERIC and bodies:
                 found[number] = int(model.body_weldid[bodies[0]])
     return found
+
+
+def is_field(model: mujoco.MjModel, numeric: int) -> bool:
+    """Whether a numeric is an applied field."""
+    return given_name(model, "numeric", numeric).startswith("field")
 
 
 def _place(model: mujoco.MjModel, kind: int, number: int, prm: float) -> str:

@@ -14,7 +14,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declared import name_of
+from magmotor.mjcf.declared import name_of, with_kind
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.marks import UNMARKED, WORDS
 from magmotor.mjcf.langevin.dry_friction import dry_joints
@@ -118,7 +118,7 @@ class Description:
             parts = (f"{count} on {body}" for body, count in self.dipoles.items())
             yield f"dipoles: {listed(parts)}"
         for site, moment in self.huge.items():
-            yield f"site {site} has {moment:g} A m^2, {weighed(moment)}"
+            yield f"{with_kind('site', site)} has {moment:g} A m^2, {weighed(moment)}"
         if self.pairs:
             pairs = (
                 f"{one} and {other}" + (f" (times {factor:g})" if factor != 1 else "")
@@ -412,7 +412,7 @@ def _idle_magnets(model: mujoco.MjModel, named: Sequence[str], fields: bool) -> 
 def _unnumbered(model: mujoco.MjModel) -> list[str]:
     """Return the sites without user numbers."""
     sites = np.flatnonzero(_moments(model) == 0).tolist()
-    return [f"site {name_of(model, 'site', site)}" for site in sites]
+    return [with_kind("site", name_of(model, "site", site)) for site in sites]
 
 
 def _renamed(model: mujoco.MjModel) -> Iterator[str]:
@@ -433,7 +433,7 @@ def _misplaced_fields(model: mujoco.MjModel) -> Iterator[str]:
     """Yield tuples that name a field, but are not read since their own names do not."""
     for name, elements in declared.tuples(model, ""):
         for kind, number, _ in elements:
-            field = model.numeric(number).name if kind == declared.NUMERIC else ""
+            field = name_of(model, "numeric", number) if kind == declared.NUMERIC else ""
             if field.startswith("field") and not name.startswith(PREFIXES):
                 what = "since the name of a tuple that places or drives a field starts with field"
                 yield f"tuple {name!r} on {field!r}, {what}"

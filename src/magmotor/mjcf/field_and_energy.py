@@ -16,7 +16,7 @@ from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declared import tuples
+from magmotor.mjcf.declared import name_of, tuples
 from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE
 from magmotor.mjcf.forces import coils
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
@@ -145,7 +145,7 @@ def _observed(
         raise ValueError(str(error)) from error
     total, count, why, point, numeric = result
     if why == OUTSIDE:
-        name = model.numeric(numeric).name
+        name = name_of(model, "numeric", numeric)
         raise reject("points", points[point], f"must be inside the table of numeric {name!r}")
     if why == BEHIND:
         raise reject("points", points[point], "must be above the plane of iron")

@@ -75,7 +75,12 @@ def errors_raised() -> Iterator[None]:
 def catches_errors(handler: int) -> bool:
     """Whether a handler of MuJoCo's errors, an address, handles those of this thread."""
     ours = handler == ctypes.cast(_keep, ctypes.c_void_p).value
-    return handler != 0 and not (ours and getattr(_of_thread, "messages", None) is None)
+    return handler != 0 and not (ours and not inside_errors_raised())
+
+
+def inside_errors_raised() -> bool:
+    """Whether `errors_raised` handles the errors of this thread."""
+    return getattr(_of_thread, "messages", None) is not None
 
 
 _of_thread = threading.local()

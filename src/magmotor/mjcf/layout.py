@@ -29,6 +29,9 @@ MODEL_FIELDS = (
     "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid",
     "name_numericadr", "body_invweight0", "body_geomnum", "body_geomadr",
     "body_rootid", "geom_rbound", "body_mass", "body_inertia", "geom_aabb",
+    "nu", "na", "nnames", "nnumericdata", "ntextdata", "ntupledata", "npluginattr",
+    "body_parentid", "name_bodyadr", "name_jntadr", "name_geomadr", "name_siteadr",
+    "name_actuatoradr", "name_sensoradr",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (

@@ -20,12 +20,27 @@ def disabled(model: mujoco.MjModel, flag: str) -> bool:
 
 def label(model: mujoco.MjModel, kind: str, number: Any) -> str:
     """Return the name of an element for a message, such as "body 'ball'", or its number."""
-    name = mujoco.mj_id2name(model, _object_type(kind), int(number))
-    if name:
+    if name := given_name(model, kind, number):
         return f"{kind} {name!r}"
     owner = int(model.geom_bodyid[number]) if kind == "geom" else 0
-    body = model.body(owner).name if owner else ""  # the world is no owner
+    body = given_name(model, "body", owner) if owner else ""  # the world is no owner
     return f"{kind} {number} of body {body!r}" if body else f"{kind} {number}"
+
+
+def given_name(model: mujoco.MjModel, kind: str, number: Any) -> str:
+    """Return the name of an element; "" without one."""
+    try:
+        return mujoco.mj_id2name(model, _object_type(kind), int(number)) or ""
+    except UnicodeDecodeError as error:
+        return decoded(error.object)
+
+
+def decoded(characters: bytes) -> str:
+    """Return what MuJoCo has read from a file as text; what is not UTF-8 is taken for Latin-1."""
+    try:
+        return characters.decode()
+    except UnicodeDecodeError:
+        return characters.decode("latin-1")
 
 
 def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:

@@ -26,6 +26,9 @@ UNBOUNDED = 1 << 30
 ASLEEP = 0
 """mjS_ASLEEP, in `body_awake`."""
 
+MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
+"""Odd number that spreads bits: 2^64 over the golden ratio."""
+
 
 def bind_function(name: str, function: Any) -> None:
     """Bind a ctypes function to the external symbol `name` of compiled code."""
@@ -136,6 +139,12 @@ def starts_with(address, prefix):
     while k < len(prefix) and characters[k] == prefix[k]:
         k += 1
     return k == len(prefix)
+
+
+@subroutine
+def spread(address, bits):
+    """Return a number of some bits, which differs for addresses that are near."""
+    return np.int64((np.uint64(address) * MULTIPLIER) >> np.uint64(64 - bits))
 
 
 @subroutine(forceinline=True)

@@ -19,7 +19,7 @@ import mujoco
 from numba import types
 
 from magmotor.mjcf import errors, memory
-from magmotor.mjcf.hooks import catches_errors
+from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
 from magmotor.mjcf.sentences import ASSUMED, sentence_of_error, sentence_of_notice
 from magmotor.numerics.subroutine import subroutine
 from magmotor_plugin import library, returning
@@ -102,7 +102,10 @@ def forget(bits):
 
 @subroutine
 def has_acted(model):
-    """Whether this model is the one on which something has acted last, as before a switch."""
+    """Whether something has acted last on this model, as before a switch.
+
+    Once the model is freed, another one may have the same address; its time begins at 0.
+    """
     return memory.words(acted_address(), 1)[0] == model
 
 
@@ -110,7 +113,7 @@ def bind() -> None:
     """Bind the functions of this module to the symbols in compiled code."""
     memory.bind_mujoco("mju_error")
     memory.bind_variable("mju_user_error", ctypes.c_int64.in_dll(library(), "mju_user_error"))
-    exchange = getattr(library(), "_mjPRIVATE_setTlsLogHandler", _always_handled)
+    exchange = getattr(library(), "_mjPRIVATE_setTlsLogHandler", _presumed_handler)
     memory.bind_function("_mjPRIVATE_setTlsLogHandler", exchange)
     memory.bind_function("magmotor_form_error", _form_error)
     memory.bind_function("magmotor_form_notice", _give_notice)
@@ -136,9 +139,14 @@ _lock = threading.Lock()
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
-def _always_handled(_handler):
-    """Replaces a private function of MuJoCo, should a version lack it."""
-    return 1
+@returning
+def _presumed_handler(_handler):
+    """Replaces a private function of MuJoCo, should a version lack it.
+
+    Threads that Python entered have a frame of Python below this one, and MuJoCo's bindings handle
+    their errors, unless `errors_raised` does; the threads of a rollout have none.
+    """
+    return int(sys._getframe(1).f_back is not None and not inside_errors_raised())
 
 
 @ctypes.CFUNCTYPE(

@@ -6,7 +6,7 @@
 from numba import types
 
 from magmotor.mjcf import errors, layout, memory, messages, sentences
-from magmotor.mjcf.forces import coils
+from magmotor.mjcf.forces import coils, valid_indices
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
 from magmotor.mjcf.forces.coils import invalid_coil
 from magmotor.mjcf.forces.custom import (
@@ -22,6 +22,7 @@ from magmotor.mjcf.forces.custom import (
 from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
 from magmotor.mjcf.forces.iron import invalid_iron
 from magmotor.mjcf.forces.marks import marks_of
+from magmotor.mjcf.forces.valid_indices import invalid_index
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -35,6 +36,7 @@ def bind() -> None:
     """Bind what this module compiles separately, and what that calls, to symbols."""
     messages.bind()
     coils.bind()
+    valid_indices.bind()
     memory.bind_mujoco("mj_id2name")
     memory.bind_compiled("magmotor_report", _compiled_report(layout.current()))
 
@@ -79,6 +81,11 @@ def _report_error(number, first, second, m, d, offsets):
             details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
         elif number == errors.PATH:
             details[0] = userdata_at(d, offsets, first)
+        elif number == errors.INDEX:
+            found = memory.details_on_stack()
+            invalid_index(model, found)
+            for k in range(3):
+                details[k] = memory.words(found, 4)[1 + k]
         elif number == errors.MATERIAL:
             details[0] = numbers_of(first, m, offsets)[0]
         elif number == errors.OUTSIDE:

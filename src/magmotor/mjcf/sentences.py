@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 
 import mujoco
+import numpy as np
 
 from magmotor.mjcf import errors
 from magmotor.mjcf.forces import custom
@@ -17,6 +18,8 @@ from magmotor.mjcf.forces.dipole_sites import (
     SWITCHED_OFF,
 )
 from magmotor.mjcf.forces.marks import WORDS
+from magmotor.mjcf.forces.valid_indices import FIELDS, SIZES, TEXTS
+from magmotor.mjcf.lookup import decoded
 
 Details = Sequence[float]
 """Numbers of an error, `errors.DETAILS` of them."""
@@ -94,6 +97,18 @@ def _tuple_error(kind: str, sentences: dict[int, str]) -> Callable[..., str]:
         return f"{kind} tuple {number} {name!r}: {what} {sentence}"
 
     return form
+
+
+def _index_error(number: int, _name: str, element: int, _other_name: str, details: Details) -> str:
+    """Say which index of a model leads out of an array."""
+    field, (value, extent, limit) = FIELDS[number], map(int, details[:3])
+    if field in dict(TEXTS):
+        return f"{field} of the model: must end with a zero"
+    given = f"{field}[{element}] of the model = {np.int32(np.uint32(value))}"
+    if not (sizes := SIZES.get(field)):
+        return f"{given}: must be at least 0 and less than {limit}"
+    length = np.int32(np.uint32(extent))
+    return f"{given} and {sizes}[{element}] = {length}: must be a range within {limit} elements"
 
 
 def _outside(number: int, name: str, other: int, table: str, details: Details) -> str:
@@ -236,6 +251,7 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
     errors.TIME: (
         "time = {4[0]:g}: must be finite and less than 2^53 timesteps while noise acts".format
     ),
+    errors.INDEX: _index_error,
     errors.TOLERANCE: (
         "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
     ),
@@ -272,5 +288,5 @@ def sentence_of_notice(
 
 def _shortened(characters: bytes | None) -> str:
     """Return a name or text so short that MuJoCo does not cut the message."""
-    text = (characters or b"").decode(errors="replace")
+    text = decoded(characters or b"")
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

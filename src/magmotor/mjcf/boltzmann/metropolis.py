@@ -19,6 +19,7 @@ from magmotor.common.checks import check_array, reject
 from magmotor.common.environment import physical_memory
 from magmotor.common.hints import Count, Positive, Seed, integer
 from magmotor.mjcf.boltzmann.potential import Energy, potential_energy
+from magmotor.mjcf.declared import name_of
 
 TARGET = 0.35
 """Fraction of the proposals that the steps are adapted to accept."""
@@ -274,7 +275,7 @@ def positions_only(model: mujoco.MjModel) -> mujoco.MjModel:
 
 def joint_names(model: mujoco.MjModel) -> list[str]:
     """Return the names of all joints; that of an unnamed one contains its number."""
-    return [model.joint(k).name or f"joint {k}" for k in range(model.njnt)]
+    return [name_of(model, "joint", k) for k in range(model.njnt)]
 
 
 def is_translation(model: mujoco.MjModel) -> NDArray[np.bool_]:

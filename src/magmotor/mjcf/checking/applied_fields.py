@@ -83,7 +83,7 @@ def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField
         own = [number for kind, number, _ in elements if kind == declared.NUMERIC]
         placed |= dict.fromkeys(own, (weld, origin, frame, drive))
     for k in range(model.nnumeric):
-        if model.numeric(k).name.startswith("field"):
+        if declared.is_field(model, k):
             first = int(model.numeric_adr[k])
             numbers = model.numeric_data[first : first + int(model.numeric_size[k])]
             yield AppliedField(numbers, *placed.get(k, (0, np.zeros(3), np.eye(3), 1.0)))

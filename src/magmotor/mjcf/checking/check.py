@@ -9,6 +9,7 @@ import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
+from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.describe import described
 from magmotor.mjcf.langevin.temperature import joined
@@ -129,6 +130,7 @@ def examined(
             _copy_settings(own, model)
         return result
     check_number("timestep of the model", model.opt.timestep, above=0)
+    acting_forces(model)  # an invalid model would crash MuJoCo's functions
     with np.errstate(all="ignore"):
         found = [*failures(model, _state(model, data))]
     numbers = {name: row for failure in found for name, row in failure.owners}

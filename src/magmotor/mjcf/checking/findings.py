@@ -30,6 +30,7 @@ from magmotor.mjcf.checking.geoms import contact_margin, touching_geoms
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
 from magmotor.mjcf.checking.impact import deepest_impact
 from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.declared import with_kind
 from magmotor.mjcf.describe import SKIPPED, Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.langevin.temperature import MATCH
@@ -138,7 +139,7 @@ def _skipped(model: mujoco.MjModel, found: Description) -> Iterator[Failure]:
 def _huge(found: Description) -> Iterator[Failure]:
     """Yield moments that are probably mistakes."""
     for site, moment in found.huge.items():
-        yield Failure(f"site {site}", f"has {moment:g} A m^2, {weighed(moment)}")
+        yield Failure(with_kind("site", site), f"has {moment:g} A m^2, {weighed(moment)}")
 
 
 def _misplaced(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:

@@ -16,7 +16,7 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
-from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.lookup import disabled, given_name, label
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 
 FOLLOWING = [int(getattr(mujoco.mjtDyn, f"mjDYN_{x}")) for x in ("NONE", "FILTER", "FILTEREXACT")]
@@ -52,10 +52,10 @@ class Magnet(NamedTuple):
         if element >= model.nsite:
             kind, number = "geom", element - model.nsite
         while body and not self.images:
-            if model.body(body).name:
+            if given_name(model, "body", body):
                 return label(model, "body", body)
             body = int(model.body_parentid[body]) if model.body_weldid[body] != body else 0
-        if not getattr(model, kind)(number).name and not self.images:
+        if not given_name(model, kind, number) and not self.images:
             if self.bodies[dipole]:
                 return label(model, "body", self.bodies[dipole])
             solid = (model.geom_bodyid == 0) & (model.geom_type != PLANE)

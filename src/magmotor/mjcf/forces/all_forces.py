@@ -8,7 +8,7 @@ import ctypes
 from numba import types
 
 from magmotor.mjcf import errors, layout, memory
-from magmotor.mjcf.forces import coils, dipole_wrenches, resolution
+from magmotor.mjcf.forces import coils, dipole_wrenches, resolution, valid_indices
 from magmotor.mjcf.forces.brownian_wrenches import (
     clear_driven_bodies,
     has_step_number,
@@ -21,8 +21,19 @@ from magmotor.mjcf.forces.fields import invalid_field, invalid_field_tuple
 from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material, invalid_size
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
-from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
+from magmotor.mjcf.forces.marks import (
+    COILS,
+    COUPLINGS,
+    DIPOLES,
+    FIELDS,
+    IRON,
+    NOISE,
+    POTENTIALS,
+    UNREADABLE,
+    forces_of,
+)
 from magmotor.mjcf.forces.tolerance import invalid_tolerance
+from magmotor.mjcf.forces.valid_indices import invalid_index, is_readable, stays_readable
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -57,6 +68,7 @@ def bind_others() -> None:
     coils.bind()
     resolution.bind()
     dipole_wrenches.bind()
+    valid_indices.bind()
     memory.bind_compiled("magmotor_first_error", _first_error(layout.current()))
     memory.bind_variable("magmotor_forces_address", _address)
     memory.bind_compiled("magmotor_apply_forces", _forward())
@@ -84,6 +96,19 @@ def compile_alone() -> None:
     coils.bind()
     resolution.bind()
     _apply_forces(layout.current())
+
+
+@subroutine
+def checked_forces_of(m, offsets):
+    """Return the bits of `forces_of`, or `UNREADABLE`, which `first_error` makes an error."""
+    return forces_of(m, offsets) if is_readable(m.ctypes.data) else UNREADABLE
+
+
+@subroutine
+def current_forces_of(m, d, offsets):
+    """Return the same for a step, which does not check again a model whose time has passed 0."""
+    readable = stays_readable(m.ctypes.data, d.ctypes.data, offsets)
+    return forces_of(m, offsets) if readable else UNREADABLE
 
 
 @compiled_once(_APPLY, error_model="numpy")
@@ -156,6 +181,10 @@ def _apply(model, data, offsets, kinds, applied, generalized, later):
 @subroutine(forceinline=True)
 def _find_error(m, offsets, kinds, thorough):
     """Implement `first_error`."""
+    if kinds == UNREADABLE:
+        place = memory.details_on_stack()
+        field = invalid_index(m.ctypes.data, place)
+        return errors.INDEX, field, memory.words(place, 1)[0]
     if kinds < 0:
         return errors.MARK, -1, -1
     site = invalid_moment(m, offsets) if kinds & DIPOLES else -1

@@ -44,9 +44,6 @@ DISABLE_CLAMP, DISABLE_ACTUATION = 1 << 8, 1 << 11
 LARGEST = 1e10
 """mjMAXVAL, the largest control that is not bad, as NaN is."""
 
-MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
-"""Odd number that spreads bits: 2^64 over the golden ratio."""
-
 _is_disabled = types.ExternalFunction("mj_actuatorDisabled", types.int32(types.int64, types.int32))
 
 
@@ -233,5 +230,5 @@ def drives_checksum(m, d, offsets):
             if kind == ACTUATOR:
                 total = (
                     total ^ float_as_bits(drive(number, 0.0, controlled, m, d, offsets))
-                ) * MULTIPLIER
+                ) * memory.MULTIPLIER
     return np.int64(total >> np.uint64(17))

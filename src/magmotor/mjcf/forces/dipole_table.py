@@ -77,17 +77,19 @@ def gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets):
     freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
     position = memory.numbers(d[offsets.site_xpos // 8], nsite, 3)
     frame = memory.numbers(d[offsets.site_xmat // 8], nsite, 9)
-    magnets = pairwise = end = site = 0
+    magnets = pairwise = end = start = 0
     after = boundary
     mixed = False
-    while site < nsite:
-        body = body_of[site]
+    while start < nsite:
+        body = body_of[start]
         weld = weld_of[body]
-        large = site + LARGE <= nsite and body_of[site + LARGE - 1] == body
-        separate = large or is_coupled(body, couplings)
+        last = start + 1
+        while last < nsite and body_of[last] == body:  # in no order, if Python assigned them
+            last += 1
+        separate = last - start >= LARGE or is_coupled(body, couplings)
         first = after if separate else end
         j = first
-        while site < nsite and body_of[site] == body:
+        for site in range(start, last):
             strength = moment[site, 0]
             if strength != 0.0:
                 if len(drives) > 0:
@@ -98,7 +100,7 @@ def gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets):
                 table[LABEL, j] = weld
                 table[ELEMENT, j] = site
                 j += 1
-            site += 1
+        start = last
         if j > first:
             table[FIRST, magnets] = first
             table[SIZE, magnets] = j - first

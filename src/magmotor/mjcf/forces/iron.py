@@ -208,7 +208,7 @@ def invalid_material(m, offsets):
                 kind, number, _ = element(i, m, offsets)
                 if kind == NUMERIC:
                     numbers = numbers_of(number, m, offsets)
-                    valid = len(numbers) <= 2 and -1.0 <= numbers[0] < math.inf
+                    valid = len(numbers) in (1, 2) and -1.0 <= numbers[0] < math.inf
                     if len(numbers) == 2:
                         valid = valid and 0.0 <= numbers[1] < math.inf
                     if not valid:

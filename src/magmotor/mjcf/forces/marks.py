@@ -22,6 +22,9 @@ DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON = (1 << k f
 WRONG = -1
 """Stands for a mark without words or with an unknown one, and for two marks that differ."""
 
+UNREADABLE = -2
+"""Stands for a model with an invalid index."""
+
 WORDS = {
     "dipoles": DIPOLES,
     "couplings": COUPLINGS,

@@ -18,7 +18,6 @@ import numpy as np
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.errors import NO_ERROR, OVERLAP
-from magmotor.mjcf.forces.coils import MULTIPLIER
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
 from magmotor.numerics.subroutine import subroutine
 
@@ -62,7 +61,7 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
     """
     timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
     time = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
-    place = _suspects_address() + 8 * WORDS * _hash(d.ctypes.data)
+    place = _suspects_address() + 8 * WORDS * memory.spread(d.ctypes.data, ADDRESS_BITS)
     suspect, began = memory.words(place, WORDS), memory.numbers(place, 1, WORDS)[0]
     same = suspect[DATA] == d.ctypes.data and suspect[MODEL] == m.ctypes.data
     pending = same and suspect[JUMPER] >= 0
@@ -98,12 +97,6 @@ def unresolved_body(table, magnets, m, d, offsets, applied, later):
     root = memory.integers(m[offsets.body_rootid // 8], memory.UNBOUNDED)
     overlap = sunken >= 0 and time == 0.0 and root[sunken] != root[other]
     return OVERLAP if overlap else -1, sunken, other
-
-
-@subroutine
-def _hash(address):
-    """Return a number of `ADDRESS_BITS` bits, which differ for data that are near in memory."""
-    return np.int64((np.uint64(address) * MULTIPLIER) >> np.uint64(64 - ADDRESS_BITS))
 
 
 @subroutine

@@ -1,0 +1,186 @@
+"""Whether the indices, ranges and texts that are read from a model lie within its arrays.
+
+MuJoCo's check of a binary model lets -1 pass, and sums that overflow. It does not check what Python
+assigns to a model. Here, a model is checked where it is first read, and whenever its time is 0.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import ctypes
+
+import numpy as np
+from numba import types
+
+from magmotor.mjcf import layout, memory
+from magmotor.mjcf.forces.custom import ACTUATOR, BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
+
+ANY, PRECEDING_OR_OWN, PRECEDING = range(3)
+"""Which elements an index may name; a tree is sorted, so that no loop over parents is endless."""
+
+INDICES = (
+    ("name_textadr", "ntext", "nnames", "", ANY),
+    ("text_adr", "ntext", "ntextdata", "", ANY),
+    ("plugin_attradr", "nplugin", "npluginattr", "", ANY),
+    ("name_numericadr", "nnumeric", "nnames", "", ANY),
+    ("numeric_adr", "nnumeric", "nnumericdata", "numeric_size", ANY),
+    ("name_tupleadr", "ntuple", "nnames", "", ANY),
+    ("tuple_adr", "ntuple", "ntupledata", "tuple_size", ANY),
+    ("body_parentid", "nbody", "nbody", "", PRECEDING),
+    ("body_rootid", "nbody", "nbody", "", PRECEDING_OR_OWN),
+    ("body_weldid", "nbody", "nbody", "", PRECEDING_OR_OWN),
+    ("body_geomadr", "nbody", "ngeom", "body_geomnum", ANY),
+    ("name_bodyadr", "nbody", "nnames", "", ANY),
+    ("jnt_bodyid", "njnt", "nbody", "", ANY),
+    ("jnt_qposadr", "njnt", "nq", "", ANY),
+    ("jnt_dofadr", "njnt", "nv", "", ANY),
+    ("name_jntadr", "njnt", "nnames", "", ANY),
+    ("geom_bodyid", "ngeom", "nbody", "", ANY),
+    ("name_geomadr", "ngeom", "nnames", "", ANY),
+    ("site_bodyid", "nsite", "nbody", "", ANY),
+    ("name_siteadr", "nsite", "nnames", "", ANY),
+    ("actuator_ctrladr", "nactuator", "nu", "actuator_ctrlnum", ANY),
+    ("actuator_actadr", "nactuator", "na", "actuator_actnum", ANY),
+    ("name_actuatoradr", "nactuator", "nnames", "", ANY),
+    ("name_sensoradr", "nsensor", "nnames", "", ANY),
+)
+"""Indices, how many there are, into how many elements, and, of a range, the sizes; and the order.
+
+The index of an empty range is not read.
+"""
+
+TEXTS = (("names", "nnames"), ("text_data", "ntextdata"), ("plugin_attr", "npluginattr"))
+"""Characters, which must end with a zero, and their number."""
+
+OBJECTS = {
+    BODY: "nbody",
+    JOINT: "njnt",
+    GEOM: "ngeom",
+    SITE: "nsite",
+    ACTUATOR: "nactuator",
+    SENSOR: "nsensor",
+    NUMERIC: "nnumeric",
+    TUPLE: "ntuple",
+}
+"""The number of elements of each type that a tuple may name."""
+
+FIELDS = (*(row[0] for row in INDICES), "tuple_objid", *(row[0] for row in TEXTS))
+"""The fields, of which `invalid_index` returns the number."""
+
+SIZES = {row[0]: row[3] for row in INDICES if row[3]}
+"""The sizes of the ranges that begin at an index."""
+
+_TUPLES = len(INDICES)
+
+_word = types.int64
+_FIND = types.int64(_word, _word)
+
+invalid_index = types.ExternalFunction("magmotor_invalid_index", _FIND)
+"""Return the number of the first invalid field, or -1.
+
+The arguments are the address of mjModel, and of four words. These receive the element, its value,
+the size of its range, and the number of elements that it may name.
+"""
+
+ADDRESS_BITS = 8
+"""Two models share a word with a chance of 2^-8; then they are checked in every step."""
+
+_checked = (ctypes.c_int64 * (1 << ADDRESS_BITS))()
+_address_of_checked = ctypes.c_int64(ctypes.addressof(_checked))
+_checked_address = memory.variable("magmotor_checked_address")
+
+
+def bind() -> None:
+    """Bind `invalid_index`, and the models that it has checked, to their symbols."""
+    memory.bind_variable("magmotor_checked_address", _address_of_checked)
+    memory.bind_compiled("magmotor_invalid_index", _invalid_index(layout.current()))
+
+
+@subroutine
+def is_readable(model):
+    """Whether no field of a model is invalid."""
+    return invalid_index(model, memory.details_on_stack()) < 0
+
+
+@subroutine
+def is_at_start(data, offsets):
+    """Whether the time is 0, as that of a new model where in memory an older one has been."""
+    return memory.numbers(data + offsets.time, 1, 1)[0, 0] == 0.0
+
+
+@subroutine
+def stays_readable(model, data, offsets):
+    """Whether no field was invalid when the model was checked: now, if it may be a new one."""
+    word = memory.words(_checked_address() + 8 * memory.spread(model, ADDRESS_BITS), 1)
+    if word[0] == model and not is_at_start(data, offsets):
+        return True
+    readable = is_readable(model)
+    word[0] = model if readable else 0
+    return readable
+
+
+@compiled_once(_FIND, error_model="numpy")
+def _invalid_index(checksum: int, offsets: layout.Layout):
+    """Define `invalid_index` for one layout of the structs."""
+
+    def word(name):
+        """Return which word of mjModel is a field."""
+        return getattr(offsets, name) // 8 if name else -1
+
+    indices = np.array([[*map(word, row[:4]), row[4]] for row in INDICES])
+    texts = np.array([[*map(word, row)] for row in TEXTS])
+    objects = np.full(max(OBJECTS) + 1, -1)
+    for kind, count in OBJECTS.items():
+        objects[kind] = word(count)
+    tuples = np.array([word(name) for name in ("tuple_objid", "ntupledata", "tuple_objtype")])
+
+    def invalid_index(model, place):
+        _ = checksum
+        m, found = memory.words(model, memory.UNBOUNDED), memory.words(place, 4)
+        for k in range(len(indices)):
+            array, count, limit, sizes, order = indices[k]
+            if _find(m[array], m[count], m[limit], m[sizes] if sizes >= 0 else 0, order, found):
+                return k
+        if _find_object(m[tuples[0]], m[tuples[1]], m[tuples[2]], objects, m, found):
+            return _TUPLES
+        for k in range(len(texts)):
+            length = m[texts[k, 1]]
+            if length > 0 and memory.bytes_at(m[texts[k, 0]], length)[length - 1] != 0:
+                found[0] = length - 1
+                return _TUPLES + 1 + k
+        return -1
+
+    return invalid_index
+
+
+@subroutine
+def _find(array, count, limit, sizes, order, found):
+    """Whether an index is invalid; write the first such element as `invalid_index` does.
+
+    A negative C int is a large number here.
+    """
+    index, size = memory.integers(array, count), memory.integers(sizes, count)
+    for i in range(count):
+        extent = np.int64(size[i]) if sizes != 0 else 1
+        if order == PRECEDING_OR_OWN or (order == PRECEDING and i == 0):
+            limit = i + 1
+        elif order == PRECEDING:
+            limit = i
+        if extent > 0 and np.int64(index[i]) + extent > limit:
+            found[0], found[1], found[2], found[3] = i, index[i], extent, limit
+            return True
+    return False
+
+
+@subroutine
+def _find_object(array, count, types_of, objects, m, found):
+    """Whether an element of a tuple does not exist; write the first such one."""
+    index, kind = memory.integers(array, count), memory.integers(types_of, count)
+    for i in range(count):
+        which = objects[kind[i]] if kind[i] < len(objects) else -1
+        if which >= 0 and np.int64(index[i]) >= m[which]:
+            found[0], found[1], found[2], found[3] = i, index[i], 1, m[which]
+            return True
+    return False
