@@ -5,8 +5,8 @@ from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
-    TOLERANCE, SIZE, OVERLAP,
-) = range(23)  # fmt: skip
+    TOLERANCE, SIZE, OVERLAP, CONSTANT,
+) = range(24)  # fmt: skip
 """Errors; each has up to two elements, and numbers for its sentence."""
 
 DIPOLE, NOTHING = -1, -2
@@ -36,6 +36,7 @@ ELEMENTS = (
     (NUMERIC, NOTHING),
     (GEOM, NOTHING),
     (BODY, BODY),
+    (NUMERIC, NOTHING),
 )
 """The types of the two elements of each error."""
 

@@ -11,6 +11,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.langevin.temperature import joined
+from magmotor.mjcf.unit_system import own_units
 
 LISTED = 4
 """Largest number of names that the text lists."""
@@ -32,16 +33,20 @@ class Check:
         option that holds too weakly.
     settings : tuple of str
         What is proposed or has been set, as text.
+    units : tuple of str
+        What the units in these sentences stand for, if the model's are not those of SI.
     """
 
     findings: tuple[str, ...]
     timestep: float
     solref: dict[str, tuple[float, float]]
     settings: tuple[str, ...]
+    units: tuple[str, ...]
 
     def __str__(self) -> str:
         """Return one line for each finding and each setting."""
-        return "\n".join([*self.findings, *self.settings] or ["nothing to fix"])
+        found = [*self.findings, *self.settings]
+        return "\n".join([*found, *self.units] if found else ["nothing to fix"])
 
 
 @checked
@@ -118,6 +123,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
         timestep=timestep,
         solref={name: (constant, 1.0) for name, constant in constants.items()},
         settings=tuple(settings),
+        units=own_units(model),
     )
     print(result)
     return result

@@ -21,8 +21,18 @@ from magmotor.mjcf.forces.fields import invalid_field, invalid_field_tuple
 from magmotor.mjcf.forces.iron import coupled_iron, invalid_iron, invalid_material, invalid_size
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces, invalid_potential
 from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
-from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
+from magmotor.mjcf.forces.marks import (
+    COILS,
+    COUPLINGS,
+    DIPOLES,
+    FIELDS,
+    IRON,
+    NOISE,
+    POTENTIALS,
+    UNMARKED,
+)
 from magmotor.mjcf.forces.tolerance import invalid_tolerance
+from magmotor.mjcf.forces.units import invalid_constant
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -164,6 +174,9 @@ def _find_error(m, offsets, kinds, thorough):
     numeric = invalid_tolerance(m, offsets) if kinds & DIPOLES else -1
     if numeric >= 0:
         return errors.TOLERANCE, numeric, -1
+    numeric = invalid_constant(m, offsets) if kinds != UNMARKED else -1
+    if numeric >= 0:
+        return errors.CONSTANT, numeric, -1
     pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
     if pair >= 0:
         return errors.COUPLING, pair, -1
