@@ -22,8 +22,8 @@ STRONGEST = 3.0
 
 OTHERS = "Units that are not those of SI need a numeric magnetic_constant."
 
-AIR, OSMIUM = 1.0, 1e5
-"""Densities in kg/m^3 of a little less than air, and of several times osmium."""
+AIR, OSMIUM = 1.0, 1e6
+"""Densities in kg/m^3 of a little less than air, and of many times osmium."""
 
 
 def magnetic_constant(model: mujoco.MjModel) -> float:
@@ -73,18 +73,17 @@ def doubts(model: mujoco.MjModel, moments: Array, magnetic: set[int]) -> Iterato
             f" neodymium magnets, and a mass of {mass[body]:.2g} kg: are these numbers in A m^2"
             f" and kg? {OTHERS}"
         )
-    volume = _volumes(model)
-    solid = moving[np.isfinite(volume[moving])]
-    density = mass[solid] / volume[solid]
-    if not {*weld[[*magnetic]].tolist()} & {*solid.tolist()}:
+    volume = _volumes(model)[moving]
+    if not ({*weld[[*magnetic]].tolist()} & {*moving.tolist()} and np.isfinite(volume).all()):
         return
+    density = mass[moving] / volume
     for wrong, k, what in (
         ((density < AIR).all(), density.argmax(), "lighter than air"),
-        ((density > OSMIUM).all(), density.argmin(), "several times heavier than osmium"),
+        ((density > OSMIUM).all(), density.argmin(), "many times heavier than osmium"),
     ):
         if wrong:
             yield (
-                f"all bodies are {what}, such as body {name_of(model, 'body', int(solid[k]))} with"
+                f"all bodies are {what}, such as body {name_of(model, 'body', int(moving[k]))} with"
                 f" {density[k]:.2g} kg/m^3: are lengths in m, and masses in kg? {OTHERS}"
             )
 
