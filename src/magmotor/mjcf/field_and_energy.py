@@ -51,7 +51,7 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     Returns
     -------
     ndarray, shape (..., 3)
-        Magnetic flux density in T.
+        Magnetic flux density in T, or in the model's unit of it; see `magnetism`.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     Returns
     -------
     float
-        In J.
+        In J, or in the model's unit of energy; see `magnetism`.
 
     Raises
     ------

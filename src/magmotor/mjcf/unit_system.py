@@ -20,7 +20,7 @@ OF_NEODYMIUM = 140.0
 STRONGEST = 3.0
 """Moment of a magnet over that of neodymium with its mass from which one of them is not in SI."""
 
-OTHERS = "Units that are not those of SI need a numeric magnetic_constant."
+OTHERS = "(other units need a numeric magnetic_constant)"
 
 AIR, OSMIUM = 1.0, 1e6
 """Densities in kg/m^3 of a little less than air, and of many times osmium."""
