@@ -85,13 +85,12 @@ def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField
                 origin = (data.xpos if named else data.site_xpos)[number]
                 frame = (data.xmat if named else data.site_xmat)[number].reshape(3, 3)
         own = [number for kind, number, _ in elements if kind == declared.NUMERIC]
-        placed |= dict.fromkeys(own, (weld, origin, frame, drive))
+        placed |= dict.fromkeys(own, (weld, origin, frame, drive / scale))
     for k in range(model.nnumeric):
         if model.numeric(k).name.startswith("field"):
             first = int(model.numeric_adr[k])
             numbers = model.numeric_data[first : first + int(model.numeric_size[k])]
-            *place, drive = placed.get(k, (0, np.zeros(3), np.eye(3), 1.0))
-            yield AppliedField(numbers, *place, drive / scale)
+            yield AppliedField(numbers, *placed.get(k, (0, np.zeros(3), np.eye(3), 1.0 / scale)))
 
 
 def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, float]]:
