@@ -350,6 +350,17 @@ def test_temperatures_in_other_units_are_not_taken_for_kelvin(recwarn):
         mm.Langevin(model, kT=300.0)
 
 
+def test_advice_says_what_its_units_are():
+    text = BEADS.replace("<freejoint/>", '<joint type="slide" axis="0 1 0" stiffness="1e4"/>')
+    model = mujoco.MjModel.from_xml_string(text.format(size=""))
+    state = mujoco.MjData(model)
+    state.qpos[0] = 1.0
+    with mm.magnetism():
+        advice = mm.advise(model, state, duration=0.48, budget=1.0)
+    assert "mu0 = 0.00125664" in advice.notes[0]
+    assert advice.notes[0] in str(advice)
+
+
 @pytest.mark.parametrize("u", OTHERS.values(), ids=OTHERS)
 def test_magnets_by_grade_attract_alike_in_all_units(u):
     """Two disks of N42; also their masses and inertias."""
