@@ -20,7 +20,7 @@ from magmotor.mjcf.forces.marks import UNMARKED, WORDS
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import disabled
-from magmotor.mjcf.unit_system import OF_NEODYMIUM, doubts, is_si, own_units
+from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, doubts, is_si, own_units
 
 PREFIXES = ("coupling", "field", "coil", "iron")
 """How the names of tuples start that declare something."""
@@ -126,7 +126,7 @@ class Description:
             parts = (f"{count} on {body}" for body, count in self.dipoles.items())
             yield f"dipoles: {listed(parts)}"
         for site, moment in self.huge.items():
-            yield f"site {site} has {moment:g} A m^2, {weighed(moment)}"
+            yield f"site {site} has {moment:g} A m^2, {weighed(moment)} {OTHERS}"
         yield from self.units
         if self.pairs:
             pairs = (

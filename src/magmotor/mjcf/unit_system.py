@@ -17,7 +17,7 @@ ROUNDED = 1e-3
 OF_NEODYMIUM = 140.0
 """Moment in A m^2 of 1 kg of neodymium magnets."""
 
-STRONGEST = 3.0
+STRONGEST = 20.0
 """Moment of a magnet over that of neodymium with its mass from which one of them is not in SI."""
 
 OTHERS = "(other units need a numeric magnetic_constant)"
