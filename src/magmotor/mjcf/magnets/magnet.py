@@ -34,7 +34,7 @@ LARGE = 1.0
 """Length in m from which on a size is doubted: sellers give millimeters."""
 
 Error = Annotated[float, number(at_least=1e-6, below=1)]
-Units = Annotated[tuple[float, float, float], numbers(3, at_least=1e-30, at_most=1e30)]
+Units = Annotated[tuple[float, float, float], numbers(3, at_least=1e-30, below=1e30)]
 Body = Cuboid | Tube | Ball
 
 SI = 1.0, 1.0, 1.0
