@@ -22,7 +22,9 @@ CONFLICT = re.compile(r"^ +(\S+ \S+ depends on .*|The user requested .*)$", re.M
 
 def main() -> int:
     """Run the program; returns its exit code."""
-    parser = argparse.ArgumentParser(prog="corpus.beside", description=(__doc__ or "").split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="corpus.beside", description=(__doc__ or "").split("\n")[0]
+    )
     parser.add_argument("requirements", type=Path)
     parser.add_argument("--only", help="the name of one package")
     options = parser.parse_args()
@@ -54,8 +56,9 @@ def beside(package: str) -> list[str]:
             for each in json.loads(found.stdout)["install"]
         }
         return [*(chosen.get(name, "") for name in SHOWN), ""]
-    explained = subprocess.run([arg for arg in command if arg != "--quiet"], capture_output=True, text=True)
-    reasons = [reason for reason in CONFLICT.findall(explained.stdout + explained.stderr)]
+    aloud = [argument for argument in command if argument != "--quiet"]
+    explained = subprocess.run(aloud, capture_output=True, text=True)
+    reasons = CONFLICT.findall(explained.stdout + explained.stderr)
     return ["", "", "; ".join(re.sub(r" depends on ", ": ", reason) for reason in reasons)]
 
 

@@ -48,6 +48,7 @@ WHOLE = {
     "adhesion_weld_or_dipole.md",
     "recipes.md",
     "fields_coils_iron.md",
+    "units.md",
 }
 """Pages whose blocks all run; test_readme.py and test_examples.py cover the others."""
 

@@ -425,6 +425,16 @@ def test_the_warm_screw_rotates_as_in_a_washboard(example):
     assert abs((mean - cold) / error)[1:4].min() > 4.5
 
 
+def test_the_screw_has_its_field_in_its_own_units(example):
+    """60e-18 A m^2 on the axis, 5 um away: 9.6e-8 T, in mT; the fields of the coils are off."""
+    model = example("micro_swimmer").load()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    found = mm.field(model, data, data.site("magnet").xpos + np.array([0, 5, 0]))
+    expected = 1e3 * 2e-7 * 60e-18 / 5e-6**3
+    assert found == pytest.approx([0, expected, 0], rel=1e-10, abs=1e-18)  # 3e-11, 1e-20
+
+
 def test_the_screw_has_the_temperature_of_the_water(example):
     """Diffusion without a field, 400 screws: one in 1e5 seeds fails by chance."""
     swimmer = example("micro_swimmer")

@@ -22,6 +22,7 @@ from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, fraction, number
+from magmotor.mjcf.unit_system import own_units
 
 LEAST, USUAL, MOST = 48, 1.0, 10**8
 """Smallest duration in timesteps of the model, the usual one in s, and the largest in timesteps."""
@@ -169,7 +170,7 @@ def survey(
         bound = f"must be at most {MOST * runs.timestep:g} s, {MOST} timesteps of the model"
         raise reject("duration", duration, bound)
     read = read_quantity(runs.model, runs.workspace(), quantity)
-    advice = Advice(read.name, error, duration, every_element)
+    advice = Advice(read.name, error, duration, every_element, notes=own_units(model))
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
         show = partial(_show, bar, time.perf_counter())
         measurement = Measurement(runs, read, duration, every_element=every_element)

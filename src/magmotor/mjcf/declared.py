@@ -1,9 +1,10 @@
 """What a model declares: couplings, fields, coils, iron and magnetometers, by name."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.mjcf.forces.fields import GRADIENT, UNIFORM
@@ -83,16 +84,28 @@ def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
     """Return the actuator and the number of dipoles of each coil, by the name of its tuple."""
     found = {}
     for name, elements in tuples(model, "coil"):
-        sites = np.zeros(model.nsite, bool)
-        for kind, number, _ in elements:
-            if kind == SITE:
-                sites[number] = True
-            elif kind == BODY:
-                sites |= model.site_bodyid == number
+        sites = _sites(model, elements)
         dipoles = sites & (model.site_user[:, 0] != 0) if model.nuser_site else sites & False
         actuator = next(number for kind, number, _ in elements if kind == ACTUATOR)
         found[name] = name_of(model, "actuator", actuator), int(dipoles.sum())
     return found
+
+
+def coil_sites(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Return which sites belong to coils."""
+    every = (element for _, elements in tuples(model, "coil") for element in elements)
+    return _sites(model, every)
+
+
+def _sites(model: mujoco.MjModel, elements: Iterable[Element]) -> NDArray[np.bool_]:
+    """Return which sites are among the elements of tuples, or belong to a body among them."""
+    sites = np.zeros(model.nsite, bool)
+    for kind, number, _ in elements:
+        if kind == SITE:
+            sites[number] = True
+        elif kind == BODY:
+            sites |= model.site_bodyid == number
+    return sites
 
 
 def pushing(model: mujoco.MjModel, prefixes: tuple[str, ...]) -> list[str]:

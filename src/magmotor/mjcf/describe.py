@@ -20,12 +20,16 @@ from magmotor.mjcf.forces.marks import UNMARKED, WORDS
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, doubts, is_si, own_units
 
 PREFIXES = ("coupling", "field", "coil", "iron")
 """How the names of tuples start that declare something."""
 
-HUGE, OF_NEODYMIUM = 1e3, 140.0
-"""From which moment in A m^2 a site has it by mistake, and the moment of 1 kg of neodymium."""
+NUMERICS = ("field", "magnetic_tolerance", "magnetic_constant")
+"""The same of numerics."""
+
+HUGE = 1e3
+"""From which moment in A m^2 a site has it by mistake."""
 
 SKIPPED = "since MuJoCo skips it while the flag actuation is disabled"
 """Why `magnetism` does nothing with some models."""
@@ -82,6 +86,9 @@ class Description:
         Joints and tendons with dry friction, with which noise leaves the model too cold.
     huge : dict of str to float
         Moments in A m^2 that are probably mistakes, by site.
+    units : tuple of str
+        What the units in the text stand for, if the model's are not those of SI; or why its numbers
+        seem to be in other units, although it declares no `magnetic_constant`.
     idle : tuple of str
         What does not act, and why.
     """
@@ -103,6 +110,7 @@ class Description:
     magnetometers: dict[str, str]
     dry_friction: tuple[str, ...]
     huge: dict[str, float]
+    units: tuple[str, ...]
     idle: tuple[str, ...]
 
     def __str__(self) -> str:
@@ -118,7 +126,8 @@ class Description:
             parts = (f"{count} on {body}" for body, count in self.dipoles.items())
             yield f"dipoles: {listed(parts)}"
         for site, moment in self.huge.items():
-            yield f"{with_kind('site', site)} has {moment:g} A m^2, {weighed(moment)}"
+            yield f"{with_kind('site', site)} has {moment:g} A m^2, {weighed(moment)} {OTHERS}"
+        yield from self.units
         if self.pairs:
             pairs = (
                 f"{one} and {other}" + (f" (times {factor:g})" if factor != 1 else "")
@@ -213,6 +222,8 @@ def described(model: mujoco.MjModel) -> Description:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, which says the same as `idle`
         kT, mismatch, unknown = temperatures(model) if noise else (None, 0.0, "")
+    huge = _huge(model) if "dipoles" in named and is_si(model) else {}
+    moments = _moments(model) if "dipoles" in named else np.zeros(model.nsite)
     acts = {
         "dipoles": bodies and acting,
         "couplings": pairs and "couplings" in named and any(declared.tuples(model, "coupling")),
@@ -239,7 +250,8 @@ def described(model: mujoco.MjModel) -> Description:
         mismatch=mismatch,
         unknown=unknown,
         dry_friction=tuple(dry_joints(model)),
-        huge=_huge(model) if "dipoles" in named else {},
+        huge=huge,
+        units=own_units(model) or (*doubts(model, moments, magnets),),
         idle=tuple(_idle(model, named, bool(kinds & UNMARKED), acting)),
     )
 
@@ -417,7 +429,7 @@ def _unnumbered(model: mujoco.MjModel) -> list[str]:
 
 def _renamed(model: mujoco.MjModel) -> Iterator[str]:
     """Yield what a prefix or suffix hides, as in models that were attached to another."""
-    for kind, prefixes in (("tuple", PREFIXES), ("numeric", ("field", "magnetic_tolerance"))):
+    for kind, prefixes in (("tuple", PREFIXES), ("numeric", NUMERICS)):
         for k in range(getattr(model, f"n{kind}")):
             name = name_of(model, kind, k)
             for prefix in () if name.startswith(prefixes) else prefixes:

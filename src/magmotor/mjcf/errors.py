@@ -5,8 +5,8 @@ from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
-    TOLERANCE, SIZE, OVERLAP, INDEX,
-) = range(24)  # fmt: skip
+    TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT,
+) = range(25)  # fmt: skip
 """Errors; each has up to two elements, and numbers for its sentence."""
 
 DIPOLE, NOTHING = -1, -2
@@ -37,6 +37,7 @@ ELEMENTS = (
     (GEOM, NOTHING),
     (BODY, BODY),
     (NOTHING, NOTHING),
+    (NUMERIC, NOTHING),
 )
 """The types of the two elements of each error."""
 

@@ -51,7 +51,7 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     Returns
     -------
     ndarray, shape (..., 3)
-        Magnetic flux density in T.
+        Magnetic flux density in T, or in the model's unit of it; see `magnetism`.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     Returns
     -------
     float
-        In J.
+        In J, or in the model's unit of energy; see `magnetism`.
 
     Raises
     ------
@@ -180,8 +180,9 @@ def _observe(checksum: int, offsets: layout.Layout):
         for k in range(magnets.number if problem[0] < 0 else 0):
             for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
                 if len(dipoles) > 0:
-                    for row in range(6):
+                    for row in range(3):
                         dipoles[count, row] = table[row, i]
+                        dipoles[count, 3 + row] = table[3 + row, i] / state.scale
                     dipoles[count, 6] = table[BODY, k]
                 count += 1
         for i in range(len(points) if problem[0] < 0 else 0):
@@ -189,7 +190,9 @@ def _observe(checksum: int, offsets: layout.Layout):
             found, error, other = field_at(state, magnets.end, x, y, z, m, offsets)
             if why < 0 and (error >= 0 or found[6]):
                 why, point, numeric = error if error >= 0 else COINCIDENCE, i, other
-            fields[i, 0], fields[i, 1], fields[i, 2] = found[3], found[4], found[5]
+            flux = found[3:6]
+            for k in range(3):
+                fields[i, k] = state.scale * flux[k]
         memory.free_stack(data)
         report(problem, model, data)
         return total, count, why, point, numeric

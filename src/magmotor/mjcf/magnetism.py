@@ -55,6 +55,11 @@ def magnetism() -> "Block":
 
     Names of elements that a tuple lists must not contain spaces.
 
+    In other units than those of SI, a numeric says what the magnetic constant mu0 is. In um, pg, ms
+    and uA, where energies are in zJ and fields in mT (other systems: docs/units.md):
+
+        <custom><numeric name="magnetic_constant" data="1.2566370614e-3"/></custom>
+
     Without a mark, `user` numbers may have another meaning. Then only dipoles act, and only if no
     body or joint has `user` numbers, no site has more than one, and these do not merely number the
     sites; a line on stderr says so, once per process.
@@ -95,12 +100,12 @@ def magnetism() -> "Block":
         the mark has no words or an unknown one, or what it names is invalid: the `user` numbers of
         a site are not one finite moment, those of a body not rows of six, or those of a joint not
         pairs; a joint with a potential is neither slide nor hinge; the tolerance is not one number
-        from 0 to 0.1; the elements of a coupling are not two bodies with equal `prm`; or a number
-        in `userdata` is invalid. MuJoCo pads all lists to the longest in the model with zeros,
-        which are ignored. On the threads of a rollout, nothing can be raised: the positions of the
-        failed run are NaN from there on, and the error is raised at the end of the block. A `Batch`
-        raises a `SimulationError` instead, and keeps the failed states as they were before the
-        call.
+        from 0 to 0.1; the magnetic constant is not one positive finite number; the elements of a
+        coupling are not two bodies with equal `prm`; or a number in `userdata` is invalid. MuJoCo
+        pads all lists to the longest in the model with zeros, which are ignored. On the threads of
+        a rollout, nothing can be raised: the positions of the failed run are NaN from there on, and
+        the error is raised at the end of the block. A `Batch` raises a `SimulationError` instead,
+        and keeps the failed states as they were before the call.
 
     Notes
     -----

@@ -252,6 +252,10 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
         "time = {4[0]:g}: must be finite and less than 2^53 timesteps while noise acts".format
     ),
     errors.INDEX: _index_error,
+    errors.CONSTANT: (
+        "numeric {} {!r}: the magnetic constant must be one positive finite number, mu0 in the"
+        " units of the model".format
+    ),
     errors.TOLERANCE: (
         "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
     ),

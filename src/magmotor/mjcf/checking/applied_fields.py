@@ -1,4 +1,7 @@
-"""Applied fields alone, at dipoles and over pieces of iron; driven ones at their largest drive."""
+"""Applied fields alone, at dipoles and over pieces of iron; driven ones at their largest drive.
+
+They are scaled so that mu0 is that of SI, whatever the units of the model are.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,6 +17,7 @@ from magmotor.mjcf.checking.strengths import drive_limit
 from magmotor.mjcf.forces.fields import GRADIENT, HEADER
 from magmotor.mjcf.forces.iron import PLANE
 from magmotor.mjcf.forces.marks import FIELDS, IRON
+from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.cubic_convolution import interpolate
 
 STEP = 0.01
@@ -33,7 +37,7 @@ class AppliedField(NamedTuple):
     frame: Array
     """Its axes are the columns."""
     drive: float
-    """The largest factor that its actuator allows; 1 without one, or without a limit."""
+    """The largest factor that its actuator allows, 1 without one or without a limit; scaled."""
 
     def at(self, points: Array) -> Array:
         """Return the flux densities (n, 3) in T at points (n, 3) in m; NaN outside a table."""
@@ -68,7 +72,7 @@ def applied_field(
 
 def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField]:
     """Yield the fields of a model."""
-    placed = {}
+    placed, scale = {}, moment_scale(model)
     for _, elements in declared.tuples(model, "field"):
         weld, origin, frame, drive = 0, np.zeros(3), np.eye(3), 1.0
         for kind, number, prm in elements:
@@ -81,12 +85,12 @@ def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField
                 origin = (data.xpos if named else data.site_xpos)[number]
                 frame = (data.xmat if named else data.site_xmat)[number].reshape(3, 3)
         own = [number for kind, number, _ in elements if kind == declared.NUMERIC]
-        placed |= dict.fromkeys(own, (weld, origin, frame, drive))
+        placed |= dict.fromkeys(own, (weld, origin, frame, drive / scale))
     for k in range(model.nnumeric):
         if declared.is_field(model, k):
             first = int(model.numeric_adr[k])
             numbers = model.numeric_data[first : first + int(model.numeric_size[k])]
-            yield AppliedField(numbers, *placed.get(k, (0, np.zeros(3), np.eye(3), 1.0)))
+            yield AppliedField(numbers, *placed.get(k, (0, np.zeros(3), np.eye(3), 1.0 / scale)))
 
 
 def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, float]]:

@@ -14,6 +14,7 @@ from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.describe import described
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.parts import compiled
+from magmotor.mjcf.unit_system import own_units
 
 SOUND = "nothing to fix"
 EMPTY = "nothing acts on this model: it has no dipoles, fields, coils or iron"
@@ -43,6 +44,8 @@ class Check:
         What is proposed or has been set, as text.
     acting : bool
         Whether anything of magmotor acts on the model.
+    units : tuple of str
+        What the units in these sentences stand for, if the model's are not those of SI.
     """
 
     findings: tuple[str, ...]
@@ -51,10 +54,12 @@ class Check:
     integrator: str
     settings: tuple[str, ...]
     acting: bool
+    units: tuple[str, ...]
 
     def __str__(self) -> str:
         """Return one line for each finding and each setting."""
-        return "\n".join([*self.findings, *self.settings] or [SOUND if self.acting else EMPTY])
+        found = [*self.findings, *self.settings]
+        return "\n".join([*found, *self.units] if found else [SOUND if self.acting else EMPTY])
 
 
 @checked
@@ -162,6 +167,7 @@ def examined(
         integrator=integrator,
         settings=tuple(settings),
         acting=bool(described(model).acting),
+        units=own_units(model),
     )
 
 

@@ -40,8 +40,8 @@ from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 UNSTABLE, RESOLVED = 2.0, 0.5
 """Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
 
-ABSURD = 1e-9
-"""Timestep in s below which none is proposed."""
+ABSURD = 1e-6
+"""Timestep, over that of the model, below which none is proposed."""
 
 COARSE = 0.8
 """Distance of dipoles at touch, over that within their layouts, below which these are too strong.
@@ -306,7 +306,7 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
         long = 0 < contacts[k].solref[0] < shortest
         lengthened = f" (as the timestep of {step:g} s makes it)" if long else ""
         half = _rounded_down(constant / SHORTEST)
-        if half < ABSURD:
+        if half < ABSURD * step:
             yield _exposure(model, pair)
             return
         yield Failure(
@@ -387,7 +387,7 @@ def _fast_magnets(
             )
         elif frequency * step > UNSTABLE:
             longest, remedy = _rounded_down(RESOLVED / frequency), "move its dipoles apart"
-            if longest < ABSURD:
+            if longest < ABSURD * step:
                 longest = math.inf
             else:
                 remedy = f"take a timestep of at most {longest:g} s"

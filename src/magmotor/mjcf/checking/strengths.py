@@ -1,6 +1,7 @@
 """The magnets of a model, rigid bodies with dipoles or iron, and how strong they can become.
 
-A plane of iron is one more magnet, without dipoles: its partners' images are its dipoles.
+A plane of iron is one more magnet, without dipoles: its partners' images are its dipoles. All
+moments are scaled so that mu0 is that of SI, whatever the units of the model are.
 """
 
 import math
@@ -17,6 +18,7 @@ from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
 from magmotor.mjcf.lookup import disabled, given_name, label
+from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 
 FOLLOWING = [int(getattr(mujoco.mjtDyn, f"mjDYN_{x}")) for x in ("NONE", "FILTER", "FILTEREXACT")]
@@ -70,7 +72,7 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     kinds = acting_forces(model)
     strengths, (drives, unbounded) = np.zeros(model.nsite), _drives(model, kinds)
     if kinds & DIPOLES and model.nuser_site:
-        strengths = abs(model.site_user[:, 0]) * drives
+        strengths = moment_scale(model) * abs(model.site_user[:, 0]) * drives
     sites = np.flatnonzero(strengths)
     pieces = [*_pieces(model)] if kinds & IRON else []
     geoms = np.array([geom for geom, _, _ in pieces], int)
@@ -137,6 +139,7 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
 
     Diamagnets are left out, since magnets only repel them.
     """
+    scale = moment_scale(model)
     for _, elements in tuples(model, "iron"):
         numeric = next(number for kind, number, _ in elements if kind == NUMERIC)
         material = model.numeric(numeric).data
@@ -148,7 +151,7 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
                 *axes, volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
                 factor = min(demagnetizing_factors(*axes))
                 response = volume * chi / (1 + factor * chi) / VACUUM_PERMEABILITY
-                yield geom, response, volume * magnetization or math.inf
+                yield geom, response, scale * volume * magnetization or math.inf
 
 
 def _planes(model: mujoco.MjModel, kinds: int) -> Iterator[tuple[int, float]]:

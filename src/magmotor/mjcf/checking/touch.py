@@ -19,6 +19,7 @@ from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.depth import NEVER, depth_and_normal, tangent_planes
 from magmotor.mjcf.checking.strengths import Magnet
+from magmotor.mjcf.unit_system import is_si
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 SURFACE = 0.02
@@ -34,7 +35,10 @@ PARALLEL = 0.99
 """Cosine of the angle below which two dipoles may represent one magnet."""
 
 WEAKEST = 0.15
-"""Least polarization in T, over the box around it, of a geom that counts as one magnet."""
+"""Least polarization in T, over the box around it, of a geom that counts as one magnet.
+
+In units that are not SI, a geom with dipoles in its middle always does.
+"""
 
 CENTERED = 0.02
 """Distance of dipoles' middle from that of their geom, over its size, that counts as none."""
@@ -168,7 +172,8 @@ class Side:
         frame = self._data.geom_xmat[geom].reshape(3, 3)
         offset = self._places[own].mean(axis=0) - self._data.geom_xpos[geom] - frame @ center
         polarization = VACUUM_PERMEABILITY * self.magnet.strengths[own].sum() / (8 * half.prod())
-        if np.linalg.norm(offset) > CENTERED * half.max() or polarization < WEAKEST:
+        weak = is_si(self._model) and polarization < WEAKEST
+        if np.linalg.norm(offset) > CENTERED * half.max() or weak:
             return none
         return 2 * half[:, np.newaxis] * frame.T
 

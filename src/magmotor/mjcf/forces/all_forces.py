@@ -29,10 +29,12 @@ from magmotor.mjcf.forces.marks import (
     IRON,
     NOISE,
     POTENTIALS,
+    UNMARKED,
     UNREADABLE,
     forces_of,
 )
 from magmotor.mjcf.forces.tolerance import invalid_tolerance
+from magmotor.mjcf.forces.units import invalid_constant
 from magmotor.mjcf.forces.valid_indices import invalid_index, is_readable, stays_readable
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
@@ -193,6 +195,9 @@ def _find_error(m, offsets, kinds, thorough):
     numeric = invalid_tolerance(m, offsets) if kinds & DIPOLES else -1
     if numeric >= 0:
         return errors.TOLERANCE, numeric, -1
+    numeric = invalid_constant(m, offsets) if kinds != UNMARKED else -1
+    if numeric >= 0:
+        return errors.CONSTANT, numeric, -1
     pair = invalid_coupling(m, offsets) if kinds & COUPLINGS else -1
     if pair >= 0:
         return errors.COUPLING, pair, -1

@@ -36,6 +36,15 @@ def numeric_starts_with(k, prefix, m, offsets):
 
 
 @subroutine
+def numeric_named(name, m, offsets):
+    """Return the first numeric with a name, a tuple of characters and 0; or -1."""
+    for k in range(m[offsets.nnumeric // 8]):
+        if numeric_starts_with(k, name, m, offsets):
+            return k
+    return -1
+
+
+@subroutine
 def elements_of(k, m, offsets) -> range:
     """Return the range of the elements of tuple k."""
     first = np.int64(memory.integers(m[offsets.tuple_adr // 8], memory.UNBOUNDED)[k])

@@ -66,10 +66,11 @@ def table_size(dipoles, ntuple):
 
 
 @subroutine(forceinline=True)
-def gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets):
+def gather(table, boundary, nsite, scale, drives, couplings, pieces, m, d, offsets):
     """Fill the table with the first `nsite` sites and the pieces of iron; return the `Magnets`.
 
-    `drives` scales the moment of each site, unless it is empty; the pieces have no moment yet.
+    `scale` multiplies all moments, and `drives`, unless it is empty, that of each site; the pieces
+    have no moment yet.
     """
     moment = memory.numbers(m[offsets.site_user // 8], nsite, m[offsets.nuser_site // 8])
     body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
@@ -94,6 +95,7 @@ def gather(table, boundary, nsite, drives, couplings, pieces, m, d, offsets):
             if strength != 0.0:
                 if len(drives) > 0:
                     strength *= drives[site]
+                strength *= scale
                 for k in range(3):
                     table[k, j] = position[site, k]
                     table[3 + k, j] = strength * frame[site, 3 * k + 2]

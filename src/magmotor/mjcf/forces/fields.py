@@ -56,12 +56,13 @@ NAME, OWNER, SCALE, ORIGIN, FRAME, COLUMNS = 0, 1, 2, 3, 6, 15
 
 
 @subroutine
-def read_fields(fields, m, d, offsets):
-    """Write one row for each field; return their number."""
+def read_fields(fields, scale, m, d, offsets):
+    """Write one row for each field, whose flux densities are over `scale`; return their number."""
     count = 0
     for numeric in range(len(fields)):
         if numeric_starts_with(numeric, FIELD, m, offsets):
             _read_field(fields[count], numeric, m, d, offsets)
+            fields[count, SCALE] /= scale
             count += 1
     return count
 

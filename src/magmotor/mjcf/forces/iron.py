@@ -57,8 +57,8 @@ def count_pieces(m, offsets):
 
 
 @subroutine
-def read_pieces(pieces, m, d, offsets):
-    """Write one row for each piece; return their number, and the mirror."""
+def read_pieces(pieces, scale, m, d, offsets):
+    """Write one row for each piece, with `scale` for moments; return their number, and a mirror."""
     count, mirror = 0, NO_MIRROR
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     for k in range(m[offsets.ntuple // 8]):
@@ -72,7 +72,7 @@ def read_pieces(pieces, m, d, offsets):
                     row = pieces[count]
                     a, b, c, row[VOLUME] = _ellipsoid(geom, m, offsets)
                     row[PIECE] = geom
-                    row[SUSCEPTIBILITY], row[SATURATION] = susceptibility, saturation
+                    row[SUSCEPTIBILITY], row[SATURATION] = susceptibility, scale * saturation
                     factors = demagnetizing_factors(a, b, c)
                     for axis in range(3):
                         row[FACTORS + axis] = factors[axis]

@@ -33,6 +33,7 @@ from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
 from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
+from magmotor.mjcf.forces.units import moment_scale
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -45,7 +46,8 @@ class MagneticState(NamedTuple):
 
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `fields.py`, `mirror` in
     `mirror.py`, `pieces` in `iron.py`, and `iron` in `induction.py`; `couplings` has rows of two
-    bodies and a factor, and `error` is for `report`.
+    bodies and a factor, `scale` is that of the moments (see `units.py`), and `error` is for
+    `report`.
     """
 
     table: Any
@@ -55,6 +57,7 @@ class MagneticState(NamedTuple):
     iron: Any
     pieces: Any
     mirror: tuple[float, float, float, float, float]
+    scale: float
     error: tuple[int, int, int]
 
 
@@ -113,6 +116,7 @@ def read_state(m, d, offsets, kinds):
     The caller marks the stack of `mjData` before, and frees it afterwards.
     """
     nsite, ntuple, numerics, count, driven = _sizes(m, offsets, kinds)
+    scale = moment_scale(m, offsets)
     boundary, columns = table_size(nsite + count, ntuple)
     place = memory.allocate(d.ctypes.data, 8 * stack_words(m, offsets, kinds), 64)
     table = memory.numbers(place, ROWS, columns)
@@ -127,18 +131,18 @@ def read_state(m, d, offsets, kinds):
     place += 8 * COLUMNS * count
     drives = memory.numbers(place, 2, driven)
     couplings = couplings[: read_couplings(couplings, m, offsets)]
-    fields = fields[: read_fields(fields, m, d, offsets)]
+    fields = fields[: read_fields(fields, scale, m, d, offsets)]
     mirror = NO_MIRROR
     if count > 0:
-        found, mirror = read_pieces(pieces, m, d, offsets)
+        found, mirror = read_pieces(pieces, scale, m, d, offsets)
         pieces = pieces[:found]
     coil = read_drives(drives, m, d, offsets) if driven > 0 else -1
-    magnets = gather(table, boundary, nsite, drives[0], couplings, pieces, m, d, offsets)
+    magnets = gather(table, boundary, nsite, scale, drives[0], couplings, pieces, m, d, offsets)
     error = (COIL, coil, -1) if coil >= 0 else _dipole_behind(table, magnets, mirror)
-    state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, error)
+    state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, scale, error)
     if len(pieces) > 0 and error[0] < 0:
         error = _magnetize(state, m, d, offsets)
-        state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, error)
+        state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, scale, error)
     return state
 
 
@@ -203,8 +207,8 @@ def misplaced_dipole(state, m, offsets):
 def field_at(state, end, x, y, z, m, offsets):
     """Compute the field at a point, without that of the grouped dipoles from column `end` on.
 
-    Returns a total as in `magmotor.dipoles.sum_over_sources`, without force; an error or -1; and
-    the numeric outside of whose table the point is.
+    It is over the scale of the moments. Returns a total as in `magmotor.dipoles.sum_over_sources`,
+    without force; an error or -1; and the numeric outside of whose table the point is.
     """
     target = (x, y, z, 0.0, 0.0, 0.0)
     total = sum_over_table(target, state.table, end, state.magnets)

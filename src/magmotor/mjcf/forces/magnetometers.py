@@ -51,6 +51,6 @@ def read_magnetometers(m, d, offsets, kinds, instance):
             for k in range(3):
                 r = frame[site]
                 along = r[k] * b[0] + r[3 + k] * b[1] + r[6 + k] * b[2]
-                result[first + k] = along if error[0] < 0 else math.nan
+                result[first + k] = state.scale * along if error[0] < 0 else math.nan
     memory.free_stack(d.ctypes.data)
     return error

@@ -3,7 +3,7 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from magmotor.mjcf.forces.custom import numbers_of, numeric_starts_with
+from magmotor.mjcf.forces.custom import numbers_of, numeric_named
 from magmotor.numerics.subroutine import subroutine
 
 NAME = (*b"magnetic_tolerance", 0)
@@ -12,24 +12,15 @@ NAME = (*b"magnetic_tolerance", 0)
 @subroutine
 def tolerance_of(m, offsets):
     """Return the number of `<numeric name="magnetic_tolerance">`, or 0, which means exact."""
-    k = _numeric(m, offsets)
+    k = numeric_named(NAME, m, offsets)
     return numbers_of(k, m, offsets)[0] if k >= 0 else 0.0
 
 
 @subroutine
 def invalid_tolerance(m, offsets):
     """Return the number of the tolerance's numeric if it is not one number from 0 to 0.1, or -1."""
-    k = _numeric(m, offsets)
+    k = numeric_named(NAME, m, offsets)
     if k < 0:
         return -1
     numbers = numbers_of(k, m, offsets)
     return -1 if len(numbers) == 1 and 0.0 <= numbers[0] <= 0.1 else k
-
-
-@subroutine
-def _numeric(m, offsets):
-    """Return the number of the numeric that is the tolerance, or -1."""
-    for k in range(m[offsets.nnumeric // 8]):
-        if numeric_starts_with(k, NAME, m, offsets):
-            return k
-    return -1

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array, check_choice, check_number, reject
-from magmotor.common.hints import Positive, number
+from magmotor.common.hints import Positive, number, numbers
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.bodies import Ball, Cuboid, Geom, Tube
 from magmotor.mjcf.magnets.grades import GRADES, NDFEB
@@ -34,6 +34,11 @@ LARGE = 1.0
 """Length in m from which on a size is doubted: sellers give millimeters."""
 
 Error = Annotated[float, number(at_least=1e-6, below=1)]
+Units = Annotated[tuple[float, float, float], numbers(3, at_least=1e-30, below=1e30)]
+Body = Cuboid | Tube | Ball
+
+SI = 1.0, 1.0, 1.0
+"""Units of length, mass and moment in m, kg and A m^2."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +104,7 @@ class Magnet:
         return self.remanence * self.volume / (4 * math.pi * PERMEABILITY_OVER_4PI)
 
     @property
-    def _body(self) -> Cuboid | Tube | Ball:
+    def _body(self) -> Body:
         if self.shape == "cuboid":
             return Cuboid(*self.size)
         if self.shape == "sphere":
@@ -156,7 +161,7 @@ class Magnet:
         return points.copy(), self.moment * np.outer(parts, self.direction)
 
     @checked
-    def mjcf(self, error: Error, gap: Positive, name: str = "") -> str:
+    def mjcf(self, error: Error, gap: Positive, name: str = "", *, units: Units = SI) -> str:
         """Return the magnet as MJCF, to be pasted into a `<body>`.
 
         Parameters
@@ -166,6 +171,10 @@ class Magnet:
         name : str
             Name of the geom. The sites, and the boxes of a ring, add a number to it. Without it,
             nothing is named.
+        units : tuple of float, default (1.0, 1.0, 1.0)
+            Units of length in m, of mass in kg and of moment in A m^2 in which the MJCF is written,
+            such as (1e-3, 1e-3, 1e-6) for mm, g and A mm^2. The model's `magnetic_constant` must
+            be that of its units; see `magnetism`.
 
         Returns
         -------
@@ -194,14 +203,21 @@ class Magnet:
         <geom type="sphere" size="0.005" mass="0.00392699081699"/>
         <site pos="0 0 0" zaxis="0 0 1" size="0.0004" user="0.541666666667"/>
         """
-        return "\n".join(self._lines(*self.dipoles(error, gap), name))
+        length, mass, moment = units
+        positions, moments = self.dipoles(error, gap)
+        body = type(self._body)(*(edge / length for edge in self._body))
+        strengths = moments @ self.direction / moment
+        lines = self._lines(body, self.mass / mass, positions / length, strengths, name)
+        return "\n".join(lines)
 
-    def _lines(self, positions: Array, moments: Array, name: str) -> Iterator[str]:
-        for k, geom in enumerate(self._body.geoms(self.mass)):
+    def _lines(
+        self, body: Body, mass: float, positions: Array, strengths: Array, name: str
+    ) -> Iterator[str]:
+        for k, geom in enumerate(body.geoms(mass)):
             yield _element("geom", f"{name} {k}" if name and k else name, geom)
-        drawn = DRAWN * min(self._body.extents)
-        for k, (position, size) in enumerate(zip(positions, moments @ self.direction, strict=True)):
-            site = {"pos": position, "zaxis": self.direction, "size": drawn, "user": size}
+        drawn = DRAWN * min(body.extents)
+        for k, (position, strength) in enumerate(zip(positions, strengths, strict=True)):
+            site = {"pos": position, "zaxis": self.direction, "size": drawn, "user": strength}
             yield _element("site", f"{name} {k}" if name else "", site)
 
 

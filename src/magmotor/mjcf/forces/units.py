@@ -1,0 +1,34 @@
+"""The units of a model, by the magnetic constant that it declares.
+
+All forces, torques and energies stay the same if moments are multiplied, and flux densities divided
+by sqrt(mu0/mu0_SI), and mu0 becomes that of SI. So everything between the reading of a model and
+the output of a field or a moment has the magnetic constant of SI, whatever the units are.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+from magmotor.mjcf.forces.custom import numbers_of, numeric_named
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+from magmotor.numerics.subroutine import subroutine
+
+NAME = (*b"magnetic_constant", 0)
+
+
+@subroutine
+def moment_scale(m, offsets):
+    """Return the factor of moments: 1 without a `<numeric name="magnetic_constant">`."""
+    k = numeric_named(NAME, m, offsets)
+    return math.sqrt(numbers_of(k, m, offsets)[0] / VACUUM_PERMEABILITY) if k >= 0 else 1.0
+
+
+@subroutine
+def invalid_constant(m, offsets):
+    """Return the number of that numeric if it is not one positive finite number, or -1."""
+    k = numeric_named(NAME, m, offsets)
+    if k < 0:
+        return -1
+    numbers = numbers_of(k, m, offsets)
+    return -1 if len(numbers) == 1 and 0.0 < numbers[0] < math.inf else k

@@ -1,0 +1,98 @@
+"""The units of a model: those that its magnetic constant declares, and doubts that they are SI."""
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from magmotor.common.arrays import Array
+from magmotor.mjcf.declared import coil_sites, name_of
+from magmotor.mjcf.forces.iron import BOX, SPHERE, ellipsoid
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+
+ROUNDED = 1e-3
+"""Largest relative difference of a magnetic constant from that of SI that rounding explains."""
+
+OF_NEODYMIUM = 140.0
+"""Moment in A m^2 of 1 kg of neodymium magnets."""
+
+STRONGEST = 20.0
+"""Moment of a magnet over that of neodymium with its mass from which one of them is not in SI."""
+
+OTHERS = "(other units need a numeric magnetic_constant)"
+
+AIR, OSMIUM = 1.0, 1e6
+"""Densities in kg/m^3 of a little less than air, and of many times osmium."""
+
+
+def magnetic_constant(model: mujoco.MjModel) -> float:
+    """Return mu0 in the units of a model: its numeric `magnetic_constant`, or that of SI."""
+    for k in range(model.nnumeric):
+        if model.numeric(k).name == "magnetic_constant":
+            return float(model.numeric_data[model.numeric_adr[k]])
+    return VACUUM_PERMEABILITY
+
+
+def is_si(model: mujoco.MjModel) -> bool:
+    """Whether the units of a model are those of SI, as far as it says."""
+    return math.isclose(magnetic_constant(model), VACUUM_PERMEABILITY, rel_tol=ROUNDED)
+
+
+def moment_scale(model: mujoco.MjModel) -> float:
+    """Return the factor of moments that makes mu0 that of SI; see `magmotor.mjcf.forces.units`."""
+    return math.sqrt(magnetic_constant(model) / VACUUM_PERMEABILITY)
+
+
+def own_units(model: mujoco.MjModel) -> tuple[str, ...]:
+    """Return a sentence about the units of a model, if they are not those of SI."""
+    if is_si(model):
+        return ()
+    sentence = (
+        f"units: the model's own, in which mu0 = {magnetic_constant(model):g}; m, kg, s, N, J, T"
+        " and A m^2 stand for these"
+    )
+    return (sentence,)
+
+
+def doubts(model: mujoco.MjModel, moments: Array, magnetic: set[int]) -> Iterator[str]:
+    """Yield why the numbers of a model that declares no other units cannot be in SI units.
+
+    `moments` are those of all sites, and `magnetic` are the bodies that have dipoles or iron.
+    """
+    weld = model.body_weldid
+    mass = np.bincount(weld, model.body_mass, model.nbody)
+    moving = np.flatnonzero((model.body_dofnum > 0) & (mass > 0))
+    own = np.where(coil_sites(model), 0.0, np.abs(moments))
+    carried = np.bincount(weld[model.site_bodyid], own, model.nbody) / OF_NEODYMIUM
+    strong = moving[carried[moving] > STRONGEST * mass[moving]]
+    if len(strong):
+        body = int(strong[np.argmax(carried[strong] / mass[strong])])
+        yield (
+            f"body {name_of(model, 'body', body)} has the moment of {carried[body]:.2g} kg of"
+            f" neodymium magnets, and a mass of {mass[body]:.2g} kg: are these numbers in A m^2"
+            f" and kg? {OTHERS}"
+        )
+    volume = _volumes(model)[moving]
+    if not ({*weld[[*magnetic]].tolist()} & {*moving.tolist()} and np.isfinite(volume).all()):
+        return
+    density = mass[moving] / volume
+    for wrong, k, what in (
+        ((density < AIR).all(), density.argmax(), "lighter than air"),
+        ((density > OSMIUM).all(), density.argmin(), "many times heavier than osmium"),
+    ):
+        if wrong:
+            yield (
+                f"all bodies are {what}, such as body {name_of(model, 'body', int(moving[k]))} with"
+                f" {density[k]:.2g} kg/m^3: are lengths in m, and masses in kg? {OTHERS}"
+            )
+
+
+def _volumes(model: mujoco.MjModel) -> Array:
+    """Return the volume of each rigid body's geoms; infinite without any, or with a mesh."""
+    volumes = np.zeros(model.nbody)
+    for geom, kind in enumerate(model.geom_type.tolist()):
+        body = model.body_weldid[model.geom_bodyid[geom]]
+        solid = SPHERE <= kind <= BOX
+        volumes[body] += ellipsoid(kind, *model.geom_size[geom])[3] if solid else math.inf
+    return np.where(volumes > 0, volumes, math.inf)
