@@ -18,9 +18,16 @@ from magmotor.mjcf.checking.geoms import (
     touching_geoms,
 )
 from magmotor.mjcf.checking.limits import softest_limit
-from magmotor.mjcf.checking.reach import Reach, common_ancestor, limited_slides, reach
+from magmotor.mjcf.checking.reach import common_ancestor, limited_slides, reach
+from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
-from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
+from magmotor.mjcf.checking.touch import (
+    Side,
+    Spacing,
+    closest_approach,
+    closest_to_plane,
+    coarsest,
+)
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.iron import ellipsoid
@@ -56,7 +63,8 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    geoms, pairs = rows_of_magnets(model, magnets, touching_geoms(model))
+    rows = touching_geoms(model)
+    geoms, pairs = rows_of_magnets(model, magnets, rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
     groups = np.full_like(touching, -1)
@@ -66,6 +74,9 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         like = geoms[groups[pairs[:, 0], pairs[:, 1]] == k]
         welds = np.sort(weld_of[like[:, :2]], axis=1)
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
+        if other.images:
+            more = standing_rows(model, data, one, other, rows)
+            own, like = np.vstack([own, more]), np.vstack([like, more])
         if found := _meeting(model, data, (one, other), own):
             yield found._replace(number=len(members), like=like)
 
@@ -86,11 +97,13 @@ def _groups(
         [kinds.setdefault(_kind(model, data, magnet, coupled), len(kinds)) for magnet in magnets]
     )
     moves = np.array([model.body_dofnum[magnet.body] > 0 for magnet in magnets])
-    bounds = [_bound(model, data, magnet) for magnet in magnets]
-    near = Reach(*(np.concatenate(parts) for parts in zip(*bounds, strict=True)))
+    centers, room, radii = map(np.array, zip(*(_bound(model, data, m) for m in magnets)))
+    apart = abs(centers[:, np.newaxis] - centers) - room[:, np.newaxis] - room
+    apart = np.linalg.norm(np.maximum(apart, 0), axis=2)
     bodies = np.array([magnet.body for magnet in magnets])
     meets = (moves[:, np.newaxis] | moves) & (bodies[:, np.newaxis] != bodies)
-    first, second = np.nonzero(np.triu(meets & (near.gaps(near) <= 0), 1))
+    meets &= apart <= radii[:, np.newaxis] + radii
+    first, second = np.nonzero(np.triu(meets, 1))
     if not len(first):
         return
     low, high = np.minimum(kind[first], kind[second]), np.maximum(kind[first], kind[second])
@@ -101,8 +114,10 @@ def _groups(
     yield from np.split(np.column_stack([first, second])[order], ends)
 
 
-def _bound(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> Reach:
-    """Return where a magnet can be if no limits hold it, as one point with a radius."""
+def _bound(
+    model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet
+) -> tuple[Array, Array, float]:
+    """Return where a magnet can be if no limits hold it: a center, its room, and a radius."""
     geoms = np.flatnonzero(model.body_weldid[model.geom_bodyid] == magnet.body)
     origin = data.xpos[[magnet.body]]
     found = reach(model, data, magnet.body, 0, origin)
@@ -110,7 +125,7 @@ def _bound(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> Reach:
     if len(geoms):
         bounds = np.linalg.norm(data.geom_xpos[geoms] - origin, axis=1) + _radii(model, geoms)
         size = max(size, bounds.max())
-    return found._replace(radii=found.radii + size)
+    return found.centers[0], found.links[0].room, float(found.radii[0] + size)
 
 
 def _radii(model: mujoco.MjModel, geoms: NDArray) -> Array:
@@ -121,9 +136,8 @@ def _radii(model: mujoco.MjModel, geoms: NDArray) -> Array:
 def _kind(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, coupled: set[int]) -> tuple:
     """Return what two free bodies have in common that behave alike; else, what is unique."""
     body, joint = magnet.body, model.body_jntadr[magnet.body]
-    parts = np.flatnonzero(model.body_weldid == body)
     free = joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-    if not free or len(parts) > 1 or coupled & {*magnet.bodies.tolist()}:
+    if not free or (model.body_rootid == body).sum() > 1 or coupled & {*magnet.bodies.tolist()}:
         return body, magnet.images
     geoms = np.flatnonzero(model.geom_bodyid == body)
     frame = data.xmat[body].reshape(3, 3)
@@ -149,9 +163,15 @@ def _meeting(
         Side(model, data, one, geoms[0], margin),
         Side(model, data, other, geoms[1], 0.0),
     )
-    apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     masses = _masses(model, magnets, touching)
-    level = max(0.0, float(sides[1].depth[0])) if other.images else 0.0
+    level, found = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
+    if other.images:
+        geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
+        found = stand(model, data, one, geoms[0], margin + level)
+        deepest = found.heights.min(axis=0) if found else np.full(len(one.positions), -np.inf)
+        apart = deepest[:, np.newaxis]
+    else:
+        apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
     while walls and _keep_apart(gaps):
@@ -162,11 +182,18 @@ def _meeting(
         walls.remove(soft)
         gaps = _gaps(model, data, magnets, geoms, level, walls)
     of_dipoles, of_geoms = gaps
-    near = acts & (apart < COINCIDENCE) & (of_dipoles <= 0)
+    near = acts & (apart < COINCIDENCE) & (of_dipoles <= COINCIDENCE)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
     approach = None
     if (held < np.inf).any() and len(touching) and (of_geoms <= 0).any():
-        approach = closest_approach(sides, held, factor, masses)
+        if found:
+            approach, k = closest_to_plane(one, other, found, level, masses)
+            pose = found.directions[k], found.heights[k]
+            if approach:
+                shared = contacts_that_share(model, data, magnets, *pose, approach.depth, touching)
+                approach = approach._replace(contacts=shared)
+        else:
+            approach = closest_approach(sides, held, factor, masses)
     if not approach and not near.any():
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
@@ -198,18 +225,15 @@ def _gaps(
             reach(model, data, magnet.body, ancestor, points, walls)
             for magnet, points in zip(magnets, places, strict=True)
         )
-        if found:
-            first, second = (
-                each._replace(radii=each.radii + _radii(model, own))
-                for each, own in zip((first, second), geoms, strict=True)
-            )
+        sizes = [_radii(model, own) if found else np.zeros(1) for own in geoms]
         if not other.images:
-            found.append(first.gaps(second))
+            found.append(first.gaps(second) - np.add.outer(*sizes))
         elif ancestor != other.body:
             found.append(np.zeros((len(first.centers), 1)))
         else:
             normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
-            found.append(first.lowest(other.positions[0], normal)[:, np.newaxis] - level)
+            lowest = first.lowest(other.positions[0], normal) - sizes[0] - level
+            found.append(lowest[:, np.newaxis])
     return found[0], found[1]
 
 

@@ -54,6 +54,8 @@ class Approach(NamedTuple):
     """That of the two bodies alone, in kg: joints and what hangs on them only add inertia."""
     depth: float
     """The smaller depth of a dipole below its surface, in m, unless it is at the surface."""
+    contacts: float = 1.0
+    """Number of equal contacts that share the force."""
 
     @property
     def time(self) -> float:

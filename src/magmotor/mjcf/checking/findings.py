@@ -214,6 +214,7 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
     step = float(model.opt.timestep)
     shortest = shortest_kept(model, step)
     contacts = [softness(model, *row) for row in pair.touching.tolist()]
+    contacts = [each._replace(cone=each.cone / approach.contacts) for each in contacts]
     limits = [longest_time_constant(approach, contact) for contact in contacts]
     given = [contact.stiffness_time(shortest) for contact in contacts]
     k = int(np.divide(given, limits).argmax())

@@ -2,8 +2,8 @@
 
 Two magnets touch with those points of their surfaces that are nearest to one dipole of each, or
 with the sides of their geoms, so that one dipole of each is on a common normal, and with the axes
-of their geoms along each other. A plane of iron is touched by one magnet alike; the images are as
-far below it as the dipoles are above it.
+of their geoms along each other. A plane of iron is touched by one magnet in the orientations that
+its geoms allow; the images are as far below it as the dipoles are above it.
 """
 
 import itertools
@@ -18,6 +18,7 @@ from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.depth import NEVER, depth_and_normal, tangent_planes
+from magmotor.mjcf.checking.stand_off import Stand
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
@@ -173,10 +174,9 @@ def closest_approach(
     Parameters
     ----------
     sides : tuple of Side
-        Only the second one may be a plane.
     apart : ndarray, shape (n, m)
-        Least distances of dipoles of one from those of the other, or heights above the plane;
-        infinite for those that do not act or that nothing keeps apart.
+        Least distances of dipoles of one from those of the other; infinite for those that do not
+        act or that nothing keeps apart.
     factor : ndarray, shape (n, m)
         How strongly they act on one another.
     masses : tuple of float
@@ -199,8 +199,28 @@ def closest_approach(
     return Approach(4 * force / gradient, force, *masses, float(depth))
 
 
+def closest_to_plane(
+    magnet: Magnet, plane: Magnet, found: Stand, level: float, masses: tuple[float, float]
+) -> tuple[Approach | None, int]:
+    """Return the closest approach of a magnet to a plane of iron, and its number in `found`.
+
+    `level` is the height of what it touches above the plane; see `closest_approach` for the others.
+    """
+    forces, gradients = attraction_of_images(magnet, plane.images, found)
+    k = int(forces.argmax())
+    force, gradient = float(forces[k]), float(gradients[k])
+    if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
+        return None, k
+    depths = np.array([found.heights.min() - level, level])
+    depth = depths[depths > SURFACE * depths.sum()].min()
+    return Approach(4 * force / gradient, force, *masses, float(depth)), k
+
+
 def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
-    """Return the coarsest spacing where two magnets touch; `apart` as for `closest_approach`."""
+    """Return the coarsest spacing where two magnets touch; `apart` as for `closest_approach`.
+
+    Above a plane, `apart` are heights.
+    """
     held = (apart < np.inf).nonzero()
     within = [np.zeros(length) for length in apart.shape]
     for side, found, dipoles in zip(sides, within, held, strict=True):
@@ -219,16 +239,49 @@ def _distances(sides: tuple[Side, Side], i: int, j: int) -> Iterator[Array]:
     """
     one, other = sides
     first = one.aside(i)
-    if other.magnet.images:
-        height = one.along(i) + other.depth[0]
-        yield np.hypot(height[:, np.newaxis] + height, abs(first[:, np.newaxis] - first))
-        return
     height, second = one.along(i)[:, np.newaxis] + other.along(j), other.aside(j)
     turns = (1, 1j, -1, -1j) if abs(second).any() and abs(first).any() else (1,)
     for image, turn in itertools.product((second, second.conj()), turns):
         yield np.hypot(height, abs(first[:, np.newaxis] - turn * image))
         if len(turns) == 1:
             return
+
+
+def attraction_of_images(magnet: Magnet, images: float, found: Stand) -> tuple[Array, Array]:
+    """Return the force in N, and its gradient in N/m, of a magnet on a plane of iron, each (k,).
+
+    They are those of the model, in each of the orientations, if the magnet has no iron, and all its
+    moments change alike; otherwise, all pairs of moments count as aligned.
+    """
+    apart = magnet.positions[:, np.newaxis] - magnet.positions
+    moments = magnet.strengths[:, np.newaxis] * magnet.axes
+    products = moments @ moments.T
+    first, second = (np.einsum(path, apart, moments) for path in ("ijk,ik->ij", "ijk,jk->ij"))
+    forces, gradients = np.zeros((2, len(found.directions)))
+    for k, (direction, height) in enumerate(zip(found.directions, found.heights, strict=True)):
+        s = height[:, np.newaxis] + height  # from images to dipoles, along the plane's normal
+        if (s < COINCIDENCE).any():
+            continue
+        along, up = apart @ direction, moments @ direction
+        d = np.sqrt((apart**2).sum(axis=2) - along**2 + s**2)
+        if magnet.responses.any() or not magnet.steady:
+            weight = np.full((len(s), 1), images)
+            plane = magnet._replace(images=images)
+            forces[k], gradients[k] = attraction(magnet, plane, d, weight)
+            continue
+        ups = np.multiply.outer(up, up)
+        a = first - up[:, np.newaxis] * along - s * up[:, np.newaxis]
+        b = -(second - along * up) - s * up
+        c = 2 * ups - products
+        v = a * -up + b * -up[:, np.newaxis]
+        scale = 3 * PERMEABILITY_OVER_4PI * images
+        forces[k] = -scale * ((v + c * s) / d**5 - 5 * a * b * s / d**7).sum()
+        gradients[k] = 2 * scale * (
+            (2 * ups + c) / d**5
+            - 5 * ((2 * v + c * s) * s + a * b) / d**7
+            + 35 * a * b * s**2 / d**9
+        ).sum()
+    return forces, gradients
 
 
 def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[float, float]:
