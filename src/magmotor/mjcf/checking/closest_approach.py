@@ -24,13 +24,14 @@ from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import (
     Side,
     Spacing,
+    attraction,
     closest_approach,
     closest_to_plane,
     coarsest,
 )
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import ellipsoid
+from magmotor.mjcf.forces.iron import SPHERE, ellipsoid
 
 
 class Meeting(NamedTuple):
@@ -47,7 +48,9 @@ class Meeting(NamedTuple):
     like: NDArray[np.int64]
     """The same of all pairs like this one."""
     approach: Approach | None
-    """None if the contact keeps no dipoles apart that act on each other."""
+    """None if the contact keeps no dipoles apart that act on each other and describe iron."""
+    linked: Approach | None
+    """The same if joints keep some dipoles apart, and no contact does."""
     exposed: bool
     """Whether dipoles can coincide, or one can be below the plane."""
     spacing: Spacing | None
@@ -56,6 +59,8 @@ class Meeting(NamedTuple):
     """A geom of iron that reaches farther than dipoles come to its center, or -1."""
     soft_limit: int
     """A joint whose limit is too soft to keep them apart, or -1."""
+    exact: bool
+    """Whether they reach the force of the approach; for others, it is a bound."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -97,7 +102,8 @@ def _groups(
         [kinds.setdefault(_kind(model, data, magnet, coupled), len(kinds)) for magnet in magnets]
     )
     moves = np.array([model.body_dofnum[magnet.body] > 0 for magnet in magnets])
-    centers, room, radii = map(np.array, zip(*(_bound(model, data, m) for m in magnets)))
+    bounds = [_bound(model, data, magnet) for magnet in magnets]
+    centers, room, radii = (np.array(parts) for parts in zip(*bounds, strict=True))
     apart = abs(centers[:, np.newaxis] - centers) - room[:, np.newaxis] - room
     apart = np.linalg.norm(np.maximum(apart, 0), axis=2)
     bodies = np.array([magnet.body for magnet in magnets])
@@ -164,12 +170,12 @@ def _meeting(
         Side(model, data, other, geoms[1], 0.0),
     )
     masses = _masses(model, magnets, touching)
-    level, found = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
+    level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
     if other.images:
         geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
-        found = stand(model, data, one, geoms[0], margin + level)
-        deepest = found.heights.min(axis=0) if found else np.full(len(one.positions), -np.inf)
-        apart = deepest[:, np.newaxis]
+        standing = stand(model, data, one, geoms[0], margin + level)
+        deepest = standing.heights.min(axis=0) if standing else [-np.inf] * len(one.strengths)
+        apart = np.array(deepest)[:, np.newaxis]
     else:
         apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
@@ -184,24 +190,69 @@ def _meeting(
     of_dipoles, of_geoms = gaps
     near = acts & (apart < COINCIDENCE) & (of_dipoles <= COINCIDENCE)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
-    approach = None
-    if (held < np.inf).any() and len(touching) and (of_geoms <= 0).any():
-        if found:
-            approach, k = closest_to_plane(one, other, found, level, masses)
-            pose = found.directions[k], found.heights[k]
+    approach = spacing = linked = None
+    wide = [_wide_pieces(model, *pair) for pair in ((other, one, held.T), (one, other, held))]
+    if not len(touching) or (of_geoms > 0).all():
+        held, wide = np.full_like(held, np.inf), [np.zeros(length, bool) for length in held.shape]
+    held[wide[0]] = held[:, wide[1]] = np.inf
+    if (held < np.inf).any():
+        if standing:
+            approach, k = closest_to_plane(one, other, standing, level, masses)
+            pose = standing.directions[k], standing.heights[k]
             if approach:
                 shared = contacts_that_share(model, data, magnets, *pose, approach.depth, touching)
                 approach = approach._replace(contacts=shared)
         else:
             approach = closest_approach(sides, held, factor, masses)
-    if not approach and not near.any():
+    if approach:
+        spacing = coarsest(sides, held)
+    kept = acts & (apart < COINCIDENCE) & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
+    if kept.any():
+        linked = _linked(magnets, np.where(kept, of_dipoles, np.inf), factor, masses)
+    elements = [each.elements[pieces] for each, pieces in zip(magnets, wide, strict=True)]
+    pieces = [*np.concatenate(elements) - model.nsite, -1]
+    if not (approach or linked or near.any() or pieces[0] >= 0):
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
-    spacing = coarsest(sides, held) if approach else None
+    exact = _is_exact(model, data, magnets, geoms)
     return Meeting(
-        magnets, (int(i), int(j)), 1, touching, touching, approach, bool(near.any()), spacing,
-        _wide_piece(model, magnets, held), soft,
+        magnets, (int(i), int(j)), 1, touching, touching, approach, linked, bool(near.any()),
+        spacing, int(pieces[0]), soft, exact,
     )  # fmt: skip
+
+
+def _linked(
+    magnets: tuple[Magnet, Magnet], apart: Array, factor: Array, masses: tuple[float, float]
+) -> Approach | None:
+    """Return the closest approach of magnets whose dipoles only joints keep apart."""
+    images = magnets[1].images
+    force, gradient = attraction(*magnets, apart + apart.T if images else apart, factor)
+    if not (0 < force < np.inf and 0 < gradient < np.inf):
+        return None
+    return Approach(4 * force / gradient, force, *masses, 0.0)
+
+
+def _is_exact(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    magnets: tuple[Magnet, Magnet],
+    geoms: list[NDArray],
+) -> bool:
+    """Return whether two magnets reach the force at touch: balls of one dipole each that can turn.
+
+    Others attract each other less, or are held by more contacts.
+    """
+    for magnet, own in zip(magnets, geoms, strict=True):
+        joint = model.body_jntadr[magnet.body]
+        free = joint < 0 or model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        if magnet.images and model.body_dofnum[magnet.body] == 0:
+            continue
+        balls = own[model.geom_type[own] == SPHERE]
+        off = np.linalg.norm(data.geom_xpos[balls] - magnet.positions[0], axis=1)
+        centered = (off <= 1e-6 * model.geom_rbound[balls]).any()
+        if not (free and centered and len(magnet.positions) == 1 and magnet.coils <= {-1}):
+            return False
+    return True
 
 
 def _gaps(
@@ -255,15 +306,16 @@ def _masses(
     return (1 / assumed if assumed else np.inf, float(1 / alone))
 
 
-def _wide_piece(model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], apart: Array) -> int:
-    """Return a geom of iron that reaches farther than dipoles come to its center, or -1."""
-    for (one, other), distance in ((magnets, apart), (magnets[::-1], apart.T)):
-        for j in np.flatnonzero(other.responses).tolist():
-            geom = int(other.elements[j]) - model.nsite
-            *axes, _ = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
-            if max(axes) > distance[one.strengths > 0, j].min(initial=np.inf):
-                return geom
-    return -1
+def _wide_pieces(
+    model: mujoco.MjModel, one: Magnet, other: Magnet, apart: Array
+) -> NDArray[np.bool_]:
+    """Return which pieces of iron of another magnet reach farther than dipoles come to them."""
+    wide = np.zeros(len(other.responses), bool)
+    for j in np.flatnonzero(other.responses).tolist():
+        geom = int(other.elements[j]) - model.nsite
+        *axes, _ = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
+        wide[j] = max(axes) > apart[one.strengths > 0, j].min(initial=np.inf)
+    return wide
 
 
 def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray[np.bool_], Array]:

@@ -5,6 +5,7 @@ height of a dipole is how much farther the hull reaches toward the plane than th
 those geoms of other bodies count that their joints leave where they are, like a wheel on its axle.
 """
 
+import contextlib
 from typing import NamedTuple
 
 import mujoco
@@ -52,10 +53,8 @@ def stand(
     directions = np.vstack([*own, _evenly_spread(DIRECTIONS)])
     directions = directions[np.linalg.norm(directions, axis=1) > 0.5]
     sampled = np.vstack([_tips(model, data, geom, directions) for geom in found])
-    try:
+    with contextlib.suppress(QhullError):  # as of geoms without volume
         directions = np.vstack([directions, ConvexHull(sampled).equations[:, :3]])
-    except QhullError:  # as of geoms without volume
-        pass
     _, first = np.unique(np.round(directions / FOUND), axis=0, return_index=True)
     directions = directions[np.sort(first)]
     farthest = [(_tips(model, data, geom, directions) * directions).sum(1) for geom in found]
@@ -114,8 +113,8 @@ def contacts_that_share(
 ) -> float:
     """Return how many contacts, if each bore the same load, would yield as those with a plane do.
 
-    MuJoCo finds them, with the first magnet's tree turned so that `direction` points into the plane,
-    and a little lower than at `heights`. It is 1 for trees that cannot turn freely.
+    MuJoCo finds them, with the first magnet's tree turned so that `direction` points into the
+    plane, and a little lower than at `heights`. It is 1 for trees that cannot turn freely.
     """
     magnet, plane = magnets
     root = int(model.body_rootid[magnet.body])
@@ -165,7 +164,8 @@ def _evenly_spread(count: int) -> Array:
 
 def _tips(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: Array) -> Array:
     """Return the points of a geom that are farthest in directions (k, 3)."""
-    frame, size, kind = data.geom_xmat[geom].reshape(3, 3), model.geom_size[geom], model.geom_type[geom]
+    frame = data.geom_xmat[geom].reshape(3, 3)
+    size, kind = model.geom_size[geom], model.geom_type[geom]
     local = directions @ frame
     side = np.sign(local)
     if kind == SPHERE:

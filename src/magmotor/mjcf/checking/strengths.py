@@ -42,8 +42,8 @@ class Magnet(NamedTuple):
     """Numbers of sites; those of geoms come after all sites."""
     unbounded: int
     """An actuator that drives some dipoles and that nothing bounds, or -1."""
-    steady: bool = True
-    """Whether the ratios of its dipoles' moments are constant: at most one coil drives them."""
+    coils: frozenset[int] = frozenset()
+    """The actuators that drive its dipoles; -1 for those that none drives."""
     images: float = 0.0
     """Strength of the images in a plane of iron, at most 1 in size; 0 for others."""
 
@@ -92,7 +92,7 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
         Magnet(
             int(weld), positions[own], axes[own], strengths[own], bodies[own], responses[own],
             saturations[own], elements[own], int(unbounded[own].max()),
-            len(set(coils[own & (elements < model.nsite)])) < 2,
+            frozenset(coils[own & (elements < model.nsite)].tolist()),
         )
         for weld in np.unique(welds)
         for own in [welds == weld]
@@ -174,5 +174,5 @@ def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, images: float)
     body, none = model.geom_bodyid[geom], np.zeros(1)
     return Magnet(
         int(model.body_weldid[body]), data.geom_xpos[[geom]], np.zeros((1, 3)), none,
-        np.array([body]), none, none, np.array([model.nsite + geom]), -1, True, images,
+        np.array([body]), none, none, np.array([model.nsite + geom]), -1, frozenset(), images,
     )  # fmt: skip

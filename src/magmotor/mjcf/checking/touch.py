@@ -264,7 +264,7 @@ def attraction_of_images(magnet: Magnet, images: float, found: Stand) -> tuple[A
             continue
         along, up = apart @ direction, moments @ direction
         d = np.sqrt((apart**2).sum(axis=2) - along**2 + s**2)
-        if magnet.responses.any() or not magnet.steady:
+        if magnet.responses.any() or len(magnet.coils) > 1:
             weight = np.full((len(s), 1), images)
             plane = magnet._replace(images=images)
             forces[k], gradients[k] = attraction(magnet, plane, d, weight)
@@ -276,11 +276,8 @@ def attraction_of_images(magnet: Magnet, images: float, found: Stand) -> tuple[A
         v = a * -up + b * -up[:, np.newaxis]
         scale = 3 * PERMEABILITY_OVER_4PI * images
         forces[k] = -scale * ((v + c * s) / d**5 - 5 * a * b * s / d**7).sum()
-        gradients[k] = 2 * scale * (
-            (2 * ups + c) / d**5
-            - 5 * ((2 * v + c * s) * s + a * b) / d**7
-            + 35 * a * b * s**2 / d**9
-        ).sum()
+        slopes = (2 * ups + c) / d**5 - 5 * ((2 * v + c * s) * s + a * b) / d**7
+        gradients[k] = 2 * scale * (slopes + 35 * a * b * s**2 / d**9).sum()
     return forces, gradients
 
 
