@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
     contact_margin,
     geoms_of,
@@ -208,7 +209,7 @@ def _meeting(
         spacing = coarsest(sides, held)
     kept = acts & (apart < COINCIDENCE) & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
     if kept.any():
-        linked = _linked(magnets, np.where(kept, of_dipoles, np.inf), factor, masses)
+        linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
     elements = [each.elements[pieces] for each, pieces in zip(magnets, wide, strict=True)]
     pieces = [*np.concatenate(elements) - model.nsite, -1]
     if not (approach or linked or near.any() or pieces[0] >= 0):
@@ -222,14 +223,20 @@ def _meeting(
 
 
 def _linked(
-    magnets: tuple[Magnet, Magnet], apart: Array, factor: Array, masses: tuple[float, float]
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    magnets: tuple[Magnet, Magnet],
+    apart: Array,
+    factor: Array,
 ) -> Approach | None:
     """Return the closest approach of magnets whose dipoles only joints keep apart."""
     images = magnets[1].images
     force, gradient = attraction(*magnets, apart + apart.T if images else apart, factor)
+    response = sum(swinging_response(model, data, magnet) for magnet in magnets)
     if not (0 < force < np.inf and 0 < gradient < np.inf):
         return None
-    return Approach(4 * force / gradient, force, *masses, 0.0)
+    mass = 1 / response if response else np.inf
+    return Approach(4 * force / gradient, force, mass, mass, 0.0)
 
 
 def _is_exact(
