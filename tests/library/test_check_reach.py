@@ -96,8 +96,10 @@ def test_no_pose_is_nearer_than_the_bound():
     assert max(ratios) > 0.99
 
 
-@pytest.mark.parametrize("joint", ['<joint axis="1 2 3"/>', '<joint type="ball"/>',
-                                   '<joint type="slide" axis="0 0 1" range="-0.1 0.2"/>'])  # fmt: skip
+@pytest.mark.parametrize("joint", [
+    '<joint axis="1 2 3"/>', '<joint type="ball"/>',
+    '<joint type="slide" axis="0 0 1" range="-0.1 0.2"/>',
+])  # fmt: skip
 def test_two_links_come_as_near_as_the_bound(joint):
     inner = BODY.format("0.1 0.2 0.3", "0 0 0", joint)
     text = TREE.format(BODY.format("0 0 0", "0 0 0", "") + inner + "</body></body>")

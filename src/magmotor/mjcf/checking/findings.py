@@ -279,10 +279,10 @@ def _outcome(
     if deepest == math.inf or not resolved:
         return f"may {apart} if they meet at speed"
     percent = 100 * approach.distance / approach.depth
-    by, unit = ("by", "their radius") if pair.exact else ("by at most", "the depth of a dipole")
+    by, unit = ("by", "their radius") if pair.exact else ("by up to", "the depth of a dipole")
     return (
         f"will stick, but penetrate each other {by} {rest * percent:.2g} % of {unit} at rest, and"
-        f" by at most {math.ceil(deepest * percent)} % as they meet"
+        f" by up to {math.ceil(deepest * percent)} % as they meet"
     )
 
 
@@ -299,7 +299,9 @@ def _fast_magnets(
         ):
             if approach:
                 frequency = frequency_at_touch(model, state, pair.magnets, approach)
-                found.append((frequency, _names(model, pair), pair.number, where))
+                known = max(now.get(magnet.body, 0) for magnet in pair.magnets)
+                if approach is pair.approach or frequency > SLACK * known:
+                    found.append((frequency, _names(model, pair), pair.number, where))
     step = float(model.opt.timestep)
     for frequency, name, number, where in found:
         if frequency * step > UNSTABLE:
