@@ -15,12 +15,12 @@ from scipy.spatial import ConvexHull, QhullError
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.contact_rule import SUNK
+from magmotor.mjcf.checking.depth import CONVEX, tips
 from magmotor.mjcf.checking.reach import joints_between
 from magmotor.mjcf.checking.strengths import Magnet
-from magmotor.mjcf.forces.iron import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
+from magmotor.mjcf.forces.iron import CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
 
 ROUND = CAPSULE, CYLINDER
-CONVEX = SPHERE, *ROUND, ELLIPSOID, BOX, int(mujoco.mjtGeom.mjGEOM_MESH)
 
 TRUE = 1e-6
 """Largest deviation of a wheel from its axle, over its radius."""
@@ -52,12 +52,12 @@ def stand(
     own = [frames, -frames, magnet.axes, -magnet.axes]
     directions = np.vstack([*own, _evenly_spread(DIRECTIONS)])
     directions = directions[np.linalg.norm(directions, axis=1) > 0.5]
-    sampled = np.vstack([_tips(model, data, geom, directions) for geom in found])
+    sampled = np.vstack([tips(model, data, geom, directions) for geom in found])
     with contextlib.suppress(QhullError):  # as of geoms without volume
         directions = np.vstack([directions, ConvexHull(sampled).equations[:, :3]])
     _, first = np.unique(np.round(directions / FOUND), axis=0, return_index=True)
     directions = directions[np.sort(first)]
-    farthest = [(_tips(model, data, geom, directions) * directions).sum(1) for geom in found]
+    farthest = [(tips(model, data, geom, directions) * directions).sum(1) for geom in found]
     heights = np.max(farthest, axis=0)[:, np.newaxis] - directions @ magnet.positions.T
     return Stand(directions, heights + margin)
 
@@ -121,8 +121,8 @@ def contacts_that_share(
     joint = int(model.body_jntadr[root])
     if joint < 0 or model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
         return 1.0
-    frame = _frame(data.geom_xmat[plane.elements[0] - model.nsite, 2::3])
-    turn, first = frame.T @ _frame(-direction), magnet.positions[0]
+    frame = frame_of(data.geom_xmat[plane.elements[0] - model.nsite, 2::3])
+    turn, first = frame.T @ frame_of(-direction), magnet.positions[0]
     place = plane.positions[0] + (heights[0] - SUNK * depth) * frame[0]
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, turn.ravel())
@@ -147,7 +147,7 @@ def _evenly_loaded(offsets: Array) -> float:
     return float(1 / (shares @ shares)) if missed < 0.01 and shares.min() > -0.01 else 1.0
 
 
-def _frame(first: Array) -> Array:
+def frame_of(first: Array) -> Array:
     """Return the rows of a rotation matrix whose first one is given."""
     second = np.cross(first, np.eye(3)[abs(first).argmin()])
     second /= np.linalg.norm(second)
@@ -160,30 +160,3 @@ def _evenly_spread(count: int) -> Array:
     angles = np.pi * (1 + 5**0.5) * np.arange(count)
     around = np.column_stack([np.cos(angles), np.sin(angles)]) * np.sqrt(1 - heights**2)[:, None]
     return np.column_stack([around, heights])
-
-
-def _tips(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: Array) -> Array:
-    """Return the points of a geom that are farthest in directions (k, 3)."""
-    frame = data.geom_xmat[geom].reshape(3, 3)
-    size, kind = model.geom_size[geom], model.geom_type[geom]
-    local = directions @ frame
-    side = np.sign(local)
-    if kind == SPHERE:
-        tips = size[0] * local
-    elif kind == CAPSULE:
-        tips = size[0] * local + size[1] * side * [0, 0, 1]
-    elif kind == CYLINDER:
-        around = local * [1, 1, 0]
-        length = np.linalg.norm(around, axis=1, keepdims=True)
-        tips = size[0] * np.divide(around, length, out=around, where=length > 0)
-        tips = tips + size[1] * side * [0, 0, 1]
-    elif kind == ELLIPSOID:
-        tips = local * size**2 / np.linalg.norm(local * size, axis=1, keepdims=True)
-    elif kind == BOX:
-        tips = size * side
-    else:
-        first = model.mesh_vertadr[model.geom_dataid[geom]]
-        number = model.mesh_vertnum[model.geom_dataid[geom]]
-        vertices = model.mesh_vert[first : first + number].astype(float)
-        tips = vertices[(local @ vertices.T).argmax(axis=1)]
-    return data.geom_xpos[geom] + tips @ frame.T
