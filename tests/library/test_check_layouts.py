@@ -175,8 +175,8 @@ def test_no_pose_in_which_faces_touch_has_a_stronger_force():
             )
             found = max(found, abs(force.sum(axis=0)[2]))
         largest.append(found / approach.force)
-    assert max(largest) < 1 + 1e-12
-    assert min(largest) > 0.3  # 0.42 .. 0.73, since all pairs of moments count as aligned
+    assert max(largest) < 1 + 1e-10  # 4e-12
+    assert min(largest) > 1 - 1e-10  # one of the poses
 
 
 def test_layouts_above_a_plane_of_iron():
