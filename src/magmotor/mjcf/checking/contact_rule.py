@@ -47,7 +47,7 @@ class Approach(NamedTuple):
     distance: float
     """At touch, in m: four times the force over its gradient."""
     force: float
-    """With aligned moments, in N."""
+    """In N; as if all moments were aligned, so that off-center impacts do no harm, but on planes."""
     mass: float
     """Reduced mass that MuJoCo assumes where it makes a contact soft, in kg."""
     least_mass: float
@@ -56,6 +56,8 @@ class Approach(NamedTuple):
     """The smaller depth of a dipole below its surface, in m, unless it is at the surface."""
     contacts: float = 1.0
     """Number of equal contacts that share the force."""
+    pull: float = math.nan
+    """The model's largest force, in N."""
 
     @property
     def time(self) -> float:

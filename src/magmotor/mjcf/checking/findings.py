@@ -231,7 +231,7 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
         yield Failure(
             _names(model, pair),
             f"{_outcome(pair, approach, contacts[k], given[k], step, shortest)}: where they touch,"
-            f" they attract each other with at most {approach.force:.3g} N{_assumed(model, pair)};"
+            f" they attract each other with at most {approach.pull:.3g} N{_assumed(model, pair)};"
             f" the time constant of their contact should be at most {constant:g} s, not"
             f" {given[k]:.3g} s{lengthened}"
             + (f", and the timestep at most {half:g} s" if step > half else ""),

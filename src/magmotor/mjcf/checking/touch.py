@@ -40,7 +40,7 @@ WEAKEST = 0.15
 CENTERED = 0.02
 """Distance of dipoles' middle from that of their geom, over its size, that counts as none."""
 
-POSES = 300
+POSES = 200
 """Largest number of poses, of those whose two dipoles come nearest to each other."""
 
 AXES = 4
@@ -205,26 +205,25 @@ def closest_approach(
     poses = np.stack(np.meshgrid(*(side.distinct() for side in sides)), axis=-1).reshape(-1, 2)
     near = apart[tuple(side.dipole[k] for side, k in zip(sides, poses.T, strict=True))]
     poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
-    force = gradient = 0.0
+    force = gradient = pull = 0.0
     coiled = any(magnet.coils - {-1} for magnet in (one, other))
     aligned = any(m.responses.any() or len(m.coils) > 1 for m in (one, other))
     for i, j in poses.tolist() if weight.any() else ():
         for aside, height, turn, mirrored in _poses(sides, i, j, aligned):
-            if aligned:
-                found = attraction(one, other, np.hypot(height, abs(aside)), weight)
-            else:
+            found = attraction(one, other, np.hypot(height, abs(aside)), weight)
+            force, gradient = max((force, gradient), found)
+            if not aligned:
                 (across, along), (tangent, normal) = sides[0].moments(i), sides[1].moments(j)
                 tangent = turn * (tangent if mirrored else tangent.conj())
                 moments = (across, along), (tangent, -normal)
-                found = _pull(*moments, aside, np.maximum(height, COINCIDENCE), weight)
-                found = max(found, (-found[0], -found[1])) if coiled or mirrored else found
-            force, gradient = max((force, gradient), found)
+                true, _ = _pull(*moments, aside, np.maximum(height, COINCIDENCE), weight)
+                pull = max(pull, abs(true) if coiled or mirrored else true)
     if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None  # as for a needle that only turns about its center
     nearest = np.unravel_index(apart.argmin(), apart.shape)
     depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
     depth = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(4 * force / gradient, force, *masses, float(depth))
+    return Approach(4 * force / gradient, force, *masses, float(depth), pull=pull or force)
 
 
 def closest_to_plane(
@@ -241,7 +240,7 @@ def closest_to_plane(
         return None, k
     depths = np.array([found.heights.min() - level, level])
     depth = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(4 * force / gradient, force, *masses, float(depth)), k
+    return Approach(4 * force / gradient, force, *masses, float(depth), pull=force), k
 
 
 def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
