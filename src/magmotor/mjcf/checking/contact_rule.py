@@ -47,7 +47,7 @@ class Approach(NamedTuple):
     distance: float
     """At touch, in m: four times the force over its gradient."""
     force: float
-    """In N; as if all moments were aligned, so that off-center impacts do no harm, but on planes."""
+    """In N; but on planes, as if all moments were aligned, since impacts are off center."""
     mass: float
     """Reduced mass that MuJoCo assumes where it makes a contact soft, in kg."""
     least_mass: float
