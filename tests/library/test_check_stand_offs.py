@@ -135,6 +135,7 @@ def test_only_what_joints_leave_in_place_keeps_magnets_off(joint, kind, size, eu
     wheel = ON_AXLE.format("0 0 0", joint, kind, size, euler, off)
     model = load(CART.format(wheel))
     _, found = meeting(model)
+    assert found.approach is not None
     nearest = 0.01 if kind != "sphere" else 0.03  # half the width of a wheel, or its radius
     if kind == "capsule":
         nearest = 0.03
@@ -149,7 +150,7 @@ def test_carts_with_and_without_wheels_are_not_alike():
     mujoco.mj_fwdPosition(model, data)
     depths = {
         pair.magnets[0].name(model): pair.approach.depth
-        for pair in meetings(model, data) if pair.magnets[1].images
+        for pair in meetings(model, data) if pair.magnets[1].images and pair.approach
     }  # fmt: skip
     assert depths == pytest.approx({"body 'cart'": 0.03, "body 'bare'": 5e-3})
 
@@ -191,6 +192,7 @@ def test_no_orientation_brings_a_dipole_nearer_to_the_plane():
         more = standing_rows(model, data, magnet, plane, rows)
         assert len(more) == 3
         found = stand(model, data, magnet, np.arange(1, model.ngeom), 0.0)
+        assert found is not None
         lowest, bound = np.full(2, np.inf), found.heights.min(axis=0)
         directions = [
             *found.directions[found.heights.argmin(axis=0)],
@@ -226,6 +228,7 @@ def test_no_orientation_has_a_stronger_force_than_is_said():
         data, found = meeting(model)
         magnet = found.magnets[0]
         best = stand(model, data, magnet, np.array([1]), 0.0)
+        assert best is not None
         largest, others = 0.0, generator.normal(size=(200, 3))
         for direction in (*best.directions, *others):
             set_down(data, direction)

@@ -121,7 +121,9 @@ class Side:
         side = frame[:, abs(normal @ frame).argmin()]
         side = side - (side @ normal) * normal
         side = side / np.linalg.norm(side)
-        return vectors @ side + 1j * (vectors @ np.cross(normal, side)), vectors @ normal
+        across = np.empty(len(vectors), complex)
+        across.real, across.imag = vectors @ side, vectors @ np.cross(normal, side)
+        return across, vectors @ normal
 
     def distinct(self) -> NDArray[np.int64]:
         """Return one tangent plane of each kind, to which all dipoles lie alike."""
