@@ -151,7 +151,7 @@ def frame_of(first: Array) -> Array:
     """Return the rows of a rotation matrix whose first one is given."""
     second = np.cross(first, np.eye(3)[abs(first).argmin()])
     second /= np.linalg.norm(second)
-    return np.array([first, second, np.cross(first, second)])
+    return np.array([first, second, np.cross(first, second)], dtype=float)
 
 
 def _evenly_spread(count: int) -> Array:
