@@ -231,6 +231,18 @@ def test_iron_that_is_wider_than_its_distance(kind, size, wide):
     found = [each for each in mm.check(model).findings if "of iron reaches farther" in each]
     assert len(found) == wide
     assert all(each.startswith("geom 'piece' of iron reaches farther") for each in found)
+    assert all("too strong or too weak" in each for each in found)
+
+
+def test_no_contact_force_is_said_of_iron_that_one_dipole_does_not_describe():
+    """Its timestep and contacts would follow from a force that is wrong by a factor of 40."""
+    model = mujoco.MjModel.from_xml_string(PIECE.format("box", "0.005 0.005 0.03"))
+    before, found = model.opt.timestep, mm.check(model, fix=True)
+    (finding,) = found.findings
+    assert "too strong or too weak" in finding
+    assert " N" not in finding
+    assert found.solref == {}
+    assert found.timestep == model.opt.timestep == before
 
 
 @pytest.mark.parametrize(("size", "times"), [("0.01 0.01 0.002", 4.11), ("0.1 0.1 0.002", 319)])

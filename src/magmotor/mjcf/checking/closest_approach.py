@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
     contact_margin,
     geoms_of,
@@ -18,12 +19,20 @@ from magmotor.mjcf.checking.geoms import (
     touching_geoms,
 )
 from magmotor.mjcf.checking.limits import softest_limit
-from magmotor.mjcf.checking.reach import Reach, common_ancestor, limited_slides, reach
+from magmotor.mjcf.checking.reach import common_ancestor, limited_slides, reach
+from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
-from magmotor.mjcf.checking.touch import Side, Spacing, closest_approach, coarsest
+from magmotor.mjcf.checking.touch import (
+    Side,
+    Spacing,
+    attraction,
+    closest_approach,
+    closest_to_plane,
+    coarsest,
+)
 from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import ellipsoid
+from magmotor.mjcf.forces.iron import SPHERE, ellipsoid
 
 
 class Meeting(NamedTuple):
@@ -40,7 +49,9 @@ class Meeting(NamedTuple):
     like: NDArray[np.int64]
     """The same of all pairs like this one."""
     approach: Approach | None
-    """None if the contact keeps no dipoles apart that act on each other."""
+    """None if the contact keeps no dipoles apart that act on each other and describe iron."""
+    linked: Approach | None
+    """The same if joints keep some dipoles apart, and no contact does."""
     exposed: bool
     """Whether dipoles can coincide, or one can be below the plane."""
     spacing: Spacing | None
@@ -49,6 +60,8 @@ class Meeting(NamedTuple):
     """A geom of iron that reaches farther than dipoles come to its center, or -1."""
     soft_limit: int
     """A joint whose limit is too soft to keep them apart, or -1."""
+    exact: bool
+    """Whether they reach the force of the approach; for others, it is a bound."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -56,7 +69,8 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    geoms, pairs = rows_of_magnets(model, magnets, touching_geoms(model))
+    rows = touching_geoms(model)
+    geoms, pairs = rows_of_magnets(model, magnets, rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
     groups = np.full_like(touching, -1)
@@ -66,6 +80,9 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         like = geoms[groups[pairs[:, 0], pairs[:, 1]] == k]
         welds = np.sort(weld_of[like[:, :2]], axis=1)
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
+        if other.images:
+            more = standing_rows(model, data, one, other, rows)
+            own, like = np.vstack([own, more]), np.vstack([like, more])
         if found := _meeting(model, data, (one, other), own):
             yield found._replace(number=len(members), like=like)
 
@@ -87,10 +104,13 @@ def _groups(
     )
     moves = np.array([model.body_dofnum[magnet.body] > 0 for magnet in magnets])
     bounds = [_bound(model, data, magnet) for magnet in magnets]
-    near = Reach(*(np.concatenate(parts) for parts in zip(*bounds, strict=True)))
+    centers, room, radii = (np.array(parts) for parts in zip(*bounds, strict=True))
+    apart = abs(centers[:, np.newaxis] - centers) - room[:, np.newaxis] - room
+    apart = np.linalg.norm(np.maximum(apart, 0), axis=2)
     bodies = np.array([magnet.body for magnet in magnets])
     meets = (moves[:, np.newaxis] | moves) & (bodies[:, np.newaxis] != bodies)
-    first, second = np.nonzero(np.triu(meets & (near.gaps(near) <= 0), 1))
+    meets &= apart <= radii[:, np.newaxis] + radii
+    first, second = np.nonzero(np.triu(meets, 1))
     if not len(first):
         return
     low, high = np.minimum(kind[first], kind[second]), np.maximum(kind[first], kind[second])
@@ -101,8 +121,10 @@ def _groups(
     yield from np.split(np.column_stack([first, second])[order], ends)
 
 
-def _bound(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> Reach:
-    """Return where a magnet can be if no limits hold it, as one point with a radius."""
+def _bound(
+    model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet
+) -> tuple[Array, Array, float]:
+    """Return where a magnet can be if no limits hold it: a center, its room, and a radius."""
     geoms = np.flatnonzero(model.body_weldid[model.geom_bodyid] == magnet.body)
     origin = data.xpos[[magnet.body]]
     found = reach(model, data, magnet.body, 0, origin)
@@ -110,7 +132,7 @@ def _bound(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> Reach:
     if len(geoms):
         bounds = np.linalg.norm(data.geom_xpos[geoms] - origin, axis=1) + _radii(model, geoms)
         size = max(size, bounds.max())
-    return found._replace(radii=found.radii + size)
+    return found.centers[0], found.links[0].room, float(found.radii[0] + size)
 
 
 def _radii(model: mujoco.MjModel, geoms: NDArray) -> Array:
@@ -121,9 +143,8 @@ def _radii(model: mujoco.MjModel, geoms: NDArray) -> Array:
 def _kind(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, coupled: set[int]) -> tuple:
     """Return what two free bodies have in common that behave alike; else, what is unique."""
     body, joint = magnet.body, model.body_jntadr[magnet.body]
-    parts = np.flatnonzero(model.body_weldid == body)
     free = joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-    if not free or len(parts) > 1 or coupled & {*magnet.bodies.tolist()}:
+    if not free or (model.body_rootid == body).sum() > 1 or coupled & {*magnet.bodies.tolist()}:
         return body, magnet.images
     geoms = np.flatnonzero(model.geom_bodyid == body)
     frame = data.xmat[body].reshape(3, 3)
@@ -149,9 +170,15 @@ def _meeting(
         Side(model, data, one, geoms[0], margin),
         Side(model, data, other, geoms[1], 0.0),
     )
-    apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     masses = _masses(model, magnets, touching)
-    level = max(0.0, float(sides[1].depth[0])) if other.images else 0.0
+    level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
+    if other.images:
+        geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
+        standing = stand(model, data, one, geoms[0], margin + level)
+        deepest = standing.heights.min(axis=0) if standing else [-np.inf] * len(one.strengths)
+        apart = np.array(deepest)[:, np.newaxis]
+    else:
+        apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
     while walls and _keep_apart(gaps):
@@ -162,19 +189,77 @@ def _meeting(
         walls.remove(soft)
         gaps = _gaps(model, data, magnets, geoms, level, walls)
     of_dipoles, of_geoms = gaps
-    near = acts & (apart < COINCIDENCE) & (of_dipoles <= 0)
+    near = acts & (apart < COINCIDENCE) & (of_dipoles <= COINCIDENCE)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
-    approach = None
-    if (held < np.inf).any() and len(touching) and (of_geoms <= 0).any():
-        approach = closest_approach(sides, held, factor, masses)
-    if not approach and not near.any():
+    approach = spacing = linked = None
+    wide = [_wide_pieces(model, *pair) for pair in ((other, one, held.T), (one, other, held))]
+    if not len(touching) or (of_geoms > 0).all():
+        held, wide = np.full_like(held, np.inf), [np.zeros(length, bool) for length in held.shape]
+    held[wide[0]] = held[:, wide[1]] = np.inf
+    if (held < np.inf).any():
+        if standing:
+            approach, k = closest_to_plane(one, other, standing, level, masses)
+            pose = standing.directions[k], standing.heights[k]
+            if approach:
+                shared = contacts_that_share(model, data, magnets, *pose, approach.depth, touching)
+                approach = approach._replace(contacts=shared)
+        else:
+            approach = closest_approach(sides, held, factor, masses)
+    if approach:
+        spacing = coarsest(sides, held)
+    kept = acts & (apart < COINCIDENCE) & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
+    if kept.any():
+        linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
+    elements = [each.elements[pieces] for each, pieces in zip(magnets, wide, strict=True)]
+    pieces = [*np.concatenate(elements) - model.nsite, -1]
+    if not (approach or linked or near.any() or pieces[0] >= 0):
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
-    spacing = coarsest(sides, held) if approach else None
+    exact = _is_exact(model, data, magnets, geoms)
     return Meeting(
-        magnets, (int(i), int(j)), 1, touching, touching, approach, bool(near.any()), spacing,
-        _wide_piece(model, magnets, held), soft,
+        magnets, (int(i), int(j)), 1, touching, touching, approach, linked, bool(near.any()),
+        spacing, int(pieces[0]), soft, exact,
     )  # fmt: skip
+
+
+def _linked(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    magnets: tuple[Magnet, Magnet],
+    apart: Array,
+    factor: Array,
+) -> Approach | None:
+    """Return the closest approach of magnets whose dipoles only joints keep apart."""
+    images = magnets[1].images
+    force, gradient = attraction(*magnets, apart + apart.T if images else apart, factor)
+    response = sum(swinging_response(model, data, magnet) for magnet in magnets)
+    if not (0 < force < np.inf and 0 < gradient < np.inf):
+        return None
+    mass = 1 / response if response else np.inf
+    return Approach(4 * force / gradient, force, mass, mass, 0.0)
+
+
+def _is_exact(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    magnets: tuple[Magnet, Magnet],
+    geoms: list[NDArray],
+) -> bool:
+    """Return whether two magnets reach the force at touch: balls of one dipole each that can turn.
+
+    Others attract each other less, or are held by more contacts.
+    """
+    for magnet, own in zip(magnets, geoms, strict=True):
+        joint = model.body_jntadr[magnet.body]
+        free = joint < 0 or model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+        if magnet.images and model.body_dofnum[magnet.body] == 0:
+            continue
+        balls = own[model.geom_type[own] == SPHERE]
+        off = np.linalg.norm(data.geom_xpos[balls] - magnet.positions[0], axis=1)
+        centered = (off <= 1e-6 * model.geom_rbound[balls]).any()
+        if not (free and centered and len(magnet.positions) == 1 and magnet.coils <= {-1}):
+            return False
+    return True
 
 
 def _gaps(
@@ -198,18 +283,15 @@ def _gaps(
             reach(model, data, magnet.body, ancestor, points, walls)
             for magnet, points in zip(magnets, places, strict=True)
         )
-        if found:
-            first, second = (
-                each._replace(radii=each.radii + _radii(model, own))
-                for each, own in zip((first, second), geoms, strict=True)
-            )
+        sizes = [_radii(model, own) if found else np.zeros(1) for own in geoms]
         if not other.images:
-            found.append(first.gaps(second))
+            found.append(first.gaps(second) - np.add.outer(*sizes))
         elif ancestor != other.body:
             found.append(np.zeros((len(first.centers), 1)))
         else:
             normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
-            found.append(first.lowest(other.positions[0], normal)[:, np.newaxis] - level)
+            lowest = first.lowest(other.positions[0], normal) - sizes[0] - level
+            found.append(lowest[:, np.newaxis])
     return found[0], found[1]
 
 
@@ -231,15 +313,16 @@ def _masses(
     return (1 / assumed if assumed else np.inf, float(1 / alone))
 
 
-def _wide_piece(model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], apart: Array) -> int:
-    """Return a geom of iron that reaches farther than dipoles come to its center, or -1."""
-    for (one, other), distance in ((magnets, apart), (magnets[::-1], apart.T)):
-        for j in np.flatnonzero(other.responses).tolist():
-            geom = int(other.elements[j]) - model.nsite
-            *axes, _ = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
-            if max(axes) > distance[one.strengths > 0, j].min(initial=np.inf):
-                return geom
-    return -1
+def _wide_pieces(
+    model: mujoco.MjModel, one: Magnet, other: Magnet, apart: Array
+) -> NDArray[np.bool_]:
+    """Return which pieces of iron of another magnet reach farther than dipoles come to them."""
+    wide = np.zeros(len(other.responses), bool)
+    for j in np.flatnonzero(other.responses).tolist():
+        geom = int(other.elements[j]) - model.nsite
+        *axes, _ = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
+        wide[j] = max(axes) > apart[one.strengths > 0, j].min(initial=np.inf)
+    return wide
 
 
 def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray[np.bool_], Array]:

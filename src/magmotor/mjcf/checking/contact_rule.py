@@ -47,13 +47,17 @@ class Approach(NamedTuple):
     distance: float
     """At touch, in m: four times the force over its gradient."""
     force: float
-    """With aligned moments, in N."""
+    """In N; but on planes, as if all moments were aligned, since impacts are off center."""
     mass: float
     """Reduced mass that MuJoCo assumes where it makes a contact soft, in kg."""
     least_mass: float
     """That of the two bodies alone, in kg: joints and what hangs on them only add inertia."""
     depth: float
     """The smaller depth of a dipole below its surface, in m, unless it is at the surface."""
+    contacts: float = 1.0
+    """Number of equal contacts that share the force."""
+    pull: float = math.nan
+    """The model's largest force, in N."""
 
     @property
     def time(self) -> float:

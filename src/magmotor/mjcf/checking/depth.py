@@ -10,6 +10,10 @@ from magmotor.common.arrays import Array
 
 GEOM = mujoco.mjtGeom
 
+CONVEX = [int(getattr(GEOM, f"mjGEOM_{x}")) for x in (
+    "SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX", "MESH")]  # fmt: skip
+"""Types of geoms of which `tips` knows the shape."""
+
 NEVER = -np.inf
 """Depth in geoms of types that are not known here."""
 
@@ -59,15 +63,47 @@ def depth_and_normal(
 
 
 def tangent_planes(
-    model: mujoco.MjModel, data: mujoco.MjData, geom: int
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: Array
 ) -> Iterator[tuple[Array, Array]]:
-    """Yield a point in m and the outward normal of the planes that bound a geom along its axes."""
+    """Yield a point in m and the outward normal of the planes that bound a geom.
+
+    Normals are its axes and these directions (k, 3).
+    """
     center, size = model.geom_aabb[geom].reshape(2, 3)
     if model.geom_type[geom] == GEOM.mjGEOM_PLANE:
         return
     frame = data.geom_xmat[geom].reshape(3, 3)
     for direction in (*np.eye(3), *-np.eye(3)):
         yield data.geom_xpos[geom] + frame @ (center + size * direction), frame @ direction
+    if model.geom_type[geom] in CONVEX:
+        yield from zip(tips(model, data, geom, directions), directions, strict=True)
+
+
+def tips(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: Array) -> Array:
+    """Return the points of a geom that are farthest in directions (k, 3)."""
+    frame = data.geom_xmat[geom].reshape(3, 3)
+    size, kind = model.geom_size[geom], model.geom_type[geom]
+    local = directions @ frame
+    side = np.sign(local)
+    if kind == GEOM.mjGEOM_SPHERE:
+        found = size[0] * local
+    elif kind == GEOM.mjGEOM_CAPSULE:
+        found = size[0] * local + size[1] * side * [0, 0, 1]
+    elif kind == GEOM.mjGEOM_CYLINDER:
+        around = local * [1, 1, 0]
+        length = np.linalg.norm(around, axis=1, keepdims=True)
+        found = size[0] * np.divide(around, length, out=around, where=length > 0)
+        found = found + size[1] * side * [0, 0, 1]
+    elif kind == GEOM.mjGEOM_ELLIPSOID:
+        found = local * size**2 / np.linalg.norm(local * size, axis=1, keepdims=True)
+    elif kind == GEOM.mjGEOM_BOX:
+        found = size * side
+    else:
+        first = model.mesh_vertadr[model.geom_dataid[geom]]
+        number = model.mesh_vertnum[model.geom_dataid[geom]]
+        vertices = model.mesh_vert[first : first + number].astype(float)
+        found = vertices[(local @ vertices.T).argmax(axis=1)]
+    return data.geom_xpos[geom] + found @ frame.T
 
 
 def _unit(vectors: Array) -> Array:

@@ -112,7 +112,8 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
                 label(model, "geom", pair.wide),
                 "of iron reaches farther from its center than a dipole can come to that, so that"
                 " one dipole does not describe it, and the force is wrong there, often many times"
-                " too strong; for a wide surface that is fixed to the world, take a plane of iron",
+                " too strong or too weak; for a wide surface that is fixed to the world, take a"
+                " plane of iron",
             )
     now = {} if misplaced else frequencies(model, state)
     yield from _far_magnets(model, now, state, description)
@@ -284,10 +285,10 @@ def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: floa
     partners = "their images" if _has_plane(pair) else "each other"
     return Failure(
         _names(model, pair),
-        f"attract each other too strongly where they touch: there, dipoles are {apart:.2g} m"
-        f" from {partners}, and each stands for a piece of {within:.2g} m; take a layout such as"
-        " mm.magnet's for error=0.5 and a gap of 0.3 times its thickness or, if it is longer than"
-        " wide, of 0.4 times its width",
+        "attract each other too strongly in poses in which they touch: there, dipoles are"
+        f" {apart:.2g} m from {partners}, and each stands for a piece of {within:.2g} m; take a"
+        " layout such as mm.magnet's for error=0.5 and a gap of 0.3 times its thickness or, if it"
+        " is longer than wide, of 0.4 times its width",
         pair.number,
     )
 
@@ -297,6 +298,7 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
     step = float(model.opt.timestep)
     shortest = shortest_kept(model, step)
     contacts = [softness(model, *row) for row in pair.touching.tolist()]
+    contacts = [each._replace(cone=each.cone / approach.contacts) for each in contacts]
     limits = [longest_time_constant(approach, contact) for contact in contacts]
     given = [contact.stiffness_time(shortest) for contact in contacts]
     k = int(np.divide(given, limits).argmax())
@@ -312,8 +314,8 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
         yield Failure(
             _names(model, pair),
             f"{_outcome(pair, approach, contacts[k], given[k], step, shortest)}: where they touch,"
-            f" they attract each other with up to {approach.force:.3g} N{_assumed(model, pair)};"
-            f" the time constant of their contact must be at most {constant:g} s, not"
+            f" they attract each other with at most {approach.pull:.3g} N{_assumed(model, pair)};"
+            f" the time constant of their contact should be at most {constant:g} s, not"
             f" {given[k]:.3g} s{lengthened}"
             + (f", and the timestep at most {half:g} s" if step > half else ""),
             pair.number,
@@ -354,15 +356,16 @@ def _outcome(
     rest = penetration_at_rest(approach, contact, constant)
     apart = "fly apart or fall through" if _has_plane(pair) else "fly apart"
     if rest == math.inf:
-        return f"will {apart} once they touch"
+        return f"{'will' if pair.exact else 'may'} {apart} once they touch"
     deepest = max(rest, deepest_impact(approach, contact, constant, step))
     resolved = step <= SLACK * contact.resolved_time(shortest) / SHORTEST
     if deepest == math.inf or not resolved:
         return f"may {apart} if they meet at speed"
-    radii = 100 * approach.distance / approach.depth
+    percent = 100 * approach.distance / approach.depth
+    by, unit = ("by", "their radius") if pair.exact else ("by up to", "the depth of a dipole")
     return (
-        f"will stick, but penetrate each other by {rest * radii:.2g} % of their radius at rest, and"
-        f" by up to {math.ceil(deepest * radii)} % as they meet"
+        f"will stick, but penetrate each other {by} {rest * percent:.2g} % of {unit} at rest, and"
+        f" by up to {math.ceil(deepest * percent)} % as they meet"
     )
 
 
@@ -373,9 +376,15 @@ def _fast_magnets(
     found = [(now[body], label(model, "body", body), 1, "") for body in now]
     found = sorted(found, reverse=True)[:1]
     for pair in pairs:
-        if pair.approach:
-            frequency = frequency_at_touch(model, state, pair.magnets, pair.approach)
-            found.append((frequency, _names(model, pair), pair.number, " where they touch"))
+        for approach, where in (
+            (pair.approach, " where they touch"),
+            (pair.linked, " where their joints let them come nearest"),
+        ):
+            if approach:
+                frequency = frequency_at_touch(model, state, pair.magnets, approach)
+                known = max(now.get(magnet.body, 0) for magnet in pair.magnets)
+                if approach is pair.approach or frequency > SLACK * known:
+                    found.append((frequency, _names(model, pair), pair.number, where))
     step = float(model.opt.timestep)
     for frequency, name, number, where in found:
         if frequency == math.inf:
@@ -393,8 +402,8 @@ def _fast_magnets(
                 remedy = f"take a timestep of at most {longest:g} s"
             yield Failure(
                 name,
-                f"can swing or turn with omega = {frequency:.3g} rad/s{where}, so that omega h ="
-                f" {frequency * step:.3g} exceeds 2; {remedy}",
+                f"can swing or turn with omega = {frequency:.3g} rad/s at most{where}, so that"
+                f" omega h = {frequency * step:.3g} exceeds 2; {remedy}",
                 number,
                 longest,
             )

@@ -67,6 +67,14 @@ def _turning_response(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet
     return max(_frequency(model, data, rows[np.newaxis]) ** 2 for rows in angular)
 
 
+def swinging_response(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> float:
+    """Return the largest inverse mass, in 1/kg, against which a force moves a dipole."""
+    if not _moves(model, magnet.body):
+        return 0.0
+    linear, _ = _jacobians(model, data, magnet)
+    return max(_frequency(model, data, rows[np.newaxis]) ** 2 for rows in linear)
+
+
 def _moves(model: mujoco.MjModel, weld: int) -> bool:
     return bool(model.body_dofnum[weld])
 

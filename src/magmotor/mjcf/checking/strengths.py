@@ -32,7 +32,7 @@ class Magnet(NamedTuple):
     positions: Array
     """In m, shape (n, 3)."""
     axes: Array
-    """Directions of the dipoles; zero for iron."""
+    """Directions of the dipoles, at drive 1; zero for iron."""
     strengths: Array
     """Largest moments in A m^2 that actuators can give; zero for iron."""
     bodies: NDArray[np.int64]
@@ -44,6 +44,8 @@ class Magnet(NamedTuple):
     """Numbers of sites; those of geoms come after all sites."""
     unbounded: int
     """An actuator that drives some dipoles and that nothing bounds, or -1."""
+    coils: frozenset[int] = frozenset()
+    """The actuators that drive its dipoles; -1 for those that none drives."""
     images: float = 0.0
     """Strength of the images in a plane of iron, at most 1 in size; 0 for others."""
 
@@ -70,17 +72,19 @@ class Magnet(NamedTuple):
 def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     """Return the magnets of a model, whose positions in `data` are up to date."""
     kinds = acting_forces(model)
-    strengths, (drives, unbounded) = np.zeros(model.nsite), _drives(model, kinds)
+    moments, (drives, unbounded, coils) = np.zeros(model.nsite), _drives(model, kinds)
     if kinds & DIPOLES and model.nuser_site:
-        strengths = moment_scale(model) * abs(model.site_user[:, 0]) * drives
-    sites = np.flatnonzero(strengths)
+        moments = moment_scale(model) * model.site_user[:, 0] * drives
+    strengths, sites = abs(moments), np.flatnonzero(moments)
     pieces = [*_pieces(model)] if kinds & IRON else []
     geoms = np.array([geom for geom, _, _ in pieces], int)
     iron = np.array([numbers for _, *numbers in pieces]).reshape(-1, 2)
     none, others = np.zeros(len(geoms)), np.zeros(len(sites))
     bodies = np.concatenate([model.site_bodyid[sites], model.geom_bodyid[geoms]]).astype(int)
     positions = np.vstack([data.site_xpos[sites], data.geom_xpos[geoms]])
-    axes = np.vstack([data.site_xmat[sites, 2::3], np.zeros((len(geoms), 3))])
+    axes = np.sign(moments[sites, np.newaxis]) * data.site_xmat[sites, 2::3]
+    axes = np.vstack([axes, np.zeros((len(geoms), 3))])
+    coils = np.concatenate([coils[sites], np.full(len(geoms), -1)])
     strengths = np.concatenate([strengths[sites], none])
     elements = np.concatenate([sites, model.nsite + geoms])
     unbounded = np.concatenate([unbounded[sites], none - 1]).astype(int)
@@ -90,28 +94,32 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
         Magnet(
             int(weld), positions[own], axes[own], strengths[own], bodies[own], responses[own],
             saturations[own], elements[own], int(unbounded[own].max()),
+            frozenset(coils[own & (elements < model.nsite)].tolist()),
         )
         for weld in np.unique(welds)
         for own in [welds == weld]
     ] + [_plane(model, data, *found) for found in _planes(model, kinds)]  # fmt: skip
 
 
-def _drives(model: mujoco.MjModel, kinds: int) -> tuple[Array, NDArray[np.int64]]:
-    """Return the largest drives of the coils of all sites, and their actuators without limits.
+def _drives(
+    model: mujoco.MjModel, kinds: int
+) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
+    """Return the largest drives of all sites, their actuators without limits, and all actuators.
 
-    The drive is 1 where neither a limit nor saturation bounds it; elsewhere, the actuator is -1.
+    The drive is 1 where neither a limit nor saturation bounds it; elsewhere, the actuator without
+    limits is -1. All are -1 for sites that are no coils.
     """
-    drives, unbounded = np.ones(model.nsite), np.full(model.nsite, -1)
+    drives, (unbounded, coils) = np.ones(model.nsite), np.full((2, model.nsite), -1)
     for _, elements in tuples(model, "coil") if kinds & COILS else ():
-        largest, actuator = 1.0, -1
+        largest, actuator, driver = 1.0, -1, -1
         for kind, number, prm in elements:
             own = np.array([number]) if kind == SITE else model.site_bodyid == number
             if kind == ACTUATOR:
-                largest = drive_limit(model, number, prm)
+                largest, driver = drive_limit(model, number, prm), number
                 actuator = number if _largest_drive(model, number, prm) == math.inf else -1
             else:
-                drives[own], unbounded[own] = largest, actuator
-    return drives, unbounded
+                drives[own], unbounded[own], coils[own] = largest, actuator, driver
+    return drives, unbounded, coils
 
 
 def drive_limit(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
@@ -169,5 +177,5 @@ def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, images: float)
     body, none = model.geom_bodyid[geom], np.zeros(1)
     return Magnet(
         int(model.body_weldid[body]), data.geom_xpos[[geom]], np.zeros((1, 3)), none,
-        np.array([body]), none, none, np.array([model.nsite + geom]), -1, images,
+        np.array([body]), none, none, np.array([model.nsite + geom]), -1, frozenset(), images,
     )  # fmt: skip

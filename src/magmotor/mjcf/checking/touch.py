@@ -2,8 +2,8 @@
 
 Two magnets touch with those points of their surfaces that are nearest to one dipole of each, or
 with the sides of their geoms, so that one dipole of each is on a common normal, and with the axes
-of their geoms along each other. A plane of iron is touched by one magnet alike; the images are as
-far below it as the dipoles are above it.
+of their geoms along each other. A plane of iron is touched by one magnet in the orientations that
+its geoms allow; the images are as far below it as the dipoles are above it.
 """
 
 import itertools
@@ -18,6 +18,7 @@ from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.depth import NEVER, depth_and_normal, tangent_planes
+from magmotor.mjcf.checking.stand_off import Stand, frame_of
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.unit_system import is_si
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -45,6 +46,9 @@ CENTERED = 0.02
 
 POSES = 200
 """Largest number of poses, of those whose two dipoles come nearest to each other."""
+
+AXES = 4
+"""Largest number of dipoles' directions that are turned toward each other."""
 
 
 class Spacing(NamedTuple):
@@ -79,7 +83,9 @@ class Side:
         self._margin = margin
         self.depth, normals = self._below(self._places)
         self.dipole, self._level, self._normal = np.arange(len(normals)), self.depth, normals
-        planes = [tangent_planes(model, data, geom) for geom in geoms.tolist()]
+        axes = np.unique(np.round(magnet.axes[magnet.strengths > 0], 9), axis=0)
+        axes = np.vstack([axes, -axes])[: 2 * AXES]
+        planes = [tangent_planes(model, data, geom, axes) for geom in geoms.tolist()]
         found = {}  # parallel planes of many geoms differ in few levels
         for point, normal in itertools.chain.from_iterable(planes):
             below = (point - self._places) @ normal + margin
@@ -108,25 +114,40 @@ class Side:
         return np.maximum(below, self.depth)
 
     def aside(self, k: int) -> NDArray[np.complex128]:
-        """Return the offsets of all dipoles from that plane's normal through dipole[k], (n,).
+        """Return the offsets of all dipoles from that plane's normal through dipole[k], (n,)."""
+        return self._in_plane(k, self._places - self._places[self.dipole[k]])[0]
+
+    def moments(self, k: int) -> tuple[NDArray[np.complex128], Array]:
+        """Return the parts of all moments in that plane, and along its normal, each (n,)."""
+        return self._in_plane(k, self.magnet.strengths[:, np.newaxis] * self.magnet.axes)
+
+    def _in_plane(self, k: int, vectors: Array) -> tuple[NDArray[np.complex128], Array]:
+        """Return the parts of vectors (n, 3) in a tangent plane, and along its normal.
 
         They are complex numbers in the plane, whose real axis is along a side of the first geom.
         """
-        normal, offset = self._normal[k], self._places - self._places[self.dipole[k]]
+        normal = self._normal[k]
         frame = self._data.geom_xmat[self._geoms[0]].reshape(3, 3)
         side = frame[:, abs(normal @ frame).argmin()]
         side = side - (side @ normal) * normal
         side = side / np.linalg.norm(side)
-        return offset @ side + 1j * (offset @ np.cross(normal, side))
+        across = np.empty(len(vectors), complex)
+        across.real, across.imag = vectors @ side, vectors @ np.cross(normal, side)
+        return across, vectors @ normal
 
     def distinct(self) -> NDArray[np.int64]:
         """Return one tangent plane of each kind, to which all dipoles lie alike."""
         kinds, whole = {}, self.magnet
         scale = max(abs(self.depth).max(), 1e-12)
+        largest = max(whole.strengths.max(), 1e-300)
         for k in range(len(self.dipole)):
             places = np.column_stack([self.along(k), abs(self.aside(k))])
             places = np.round(places / scale, 6)
-            rows = np.column_stack([places, whole.strengths, whole.responses, whole.bodies]) + 0.0
+            parts = np.column_stack(
+                [abs(part) for part in self.moments(k)[:1]] + [self.moments(k)[1]]
+            )
+            rows = [places, np.round(parts / largest, 6), whole.responses, whole.bodies]
+            rows = np.column_stack(rows) + 0.0
             kinds.setdefault((self._level[k].round(12), rows[np.lexsort(rows.T)].tobytes()), k)
         return np.array([*kinds.values()])
 
@@ -186,10 +207,9 @@ def closest_approach(
     Parameters
     ----------
     sides : tuple of Side
-        Only the second one may be a plane.
     apart : ndarray, shape (n, m)
-        Least distances of dipoles of one from those of the other, or heights above the plane;
-        infinite for those that do not act or that nothing keeps apart.
+        Least distances of dipoles of one from those of the other; infinite for those that do not
+        act or that nothing keeps apart.
     factor : ndarray, shape (n, m)
         How strongly they act on one another.
     masses : tuple of float
@@ -200,20 +220,49 @@ def closest_approach(
     poses = np.stack(np.meshgrid(*(side.distinct() for side in sides)), axis=-1).reshape(-1, 2)
     near = apart[tuple(side.dipole[k] for side, k in zip(sides, poses.T, strict=True))]
     poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
-    force = gradient = 0.0
+    force = gradient = pull = 0.0
+    coiled = any(magnet.coils - {-1} for magnet in (one, other))
+    aligned = any(m.responses.any() or len(m.coils) > 1 for m in (one, other))
     for i, j in poses.tolist() if weight.any() else ():
-        for distance in _distances(sides, i, j):
-            force, gradient = max((force, gradient), attraction(one, other, distance, weight))
+        for aside, height, turn, mirrored in _poses(sides, i, j, aligned):
+            found = attraction(one, other, np.hypot(height, abs(aside)), weight)
+            force, gradient = max((force, gradient), found)
+            if not aligned:
+                (across, along), (tangent, normal) = sides[0].moments(i), sides[1].moments(j)
+                tangent = turn * (tangent if mirrored else tangent.conj())
+                moments = (across, along), (tangent, -normal)
+                true, _ = _pull(*moments, aside, np.maximum(height, COINCIDENCE), weight)
+                pull = max(pull, abs(true) if coiled or mirrored else true)
     if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None  # as for a needle that only turns about its center
     nearest = np.unravel_index(apart.argmin(), apart.shape)
     depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
     depth = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(4 * force / gradient, force, *masses, float(depth))
+    return Approach(4 * force / gradient, force, *masses, float(depth), pull=pull or force)
+
+
+def closest_to_plane(
+    magnet: Magnet, plane: Magnet, found: Stand, level: float, masses: tuple[float, float]
+) -> tuple[Approach | None, int]:
+    """Return the closest approach of a magnet to a plane of iron, and its number in `found`.
+
+    `level` is the height of what it touches above the plane; see `closest_approach` for the others.
+    """
+    forces, gradients = attraction_of_images(magnet, plane.images, found)
+    k = int(forces.argmax())
+    force, gradient = float(forces[k]), float(gradients[k])
+    if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
+        return None, k
+    depths = np.array([found.heights.min() - level, level])
+    depth = depths[depths > SURFACE * depths.sum()].min()
+    return Approach(4 * force / gradient, force, *masses, float(depth), pull=force), k
 
 
 def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
-    """Return the coarsest spacing where two magnets touch; `apart` as for `closest_approach`."""
+    """Return the coarsest spacing where two magnets touch; `apart` as for `closest_approach`.
+
+    Above a plane, `apart` are heights.
+    """
     held = (apart < np.inf).nonzero()
     within = [np.zeros(length) for length in apart.shape]
     for side, found, dipoles in zip(sides, within, held, strict=True):
@@ -225,23 +274,74 @@ def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
     return Spacing(float(distance[worst]), float(spacing[worst]))
 
 
-def _distances(sides: tuple[Side, Side], i: int, j: int) -> Iterator[Array]:
-    """Yield the distances of all dipoles, or images, in the poses where planes i and j touch.
+def _poses(
+    sides: tuple[Side, Side], i: int, j: int, aligned: bool
+) -> Iterator[tuple[NDArray[np.complex128], Array, complex, bool]]:
+    """Yield how far all dipoles are aside and above others, where planes i and j touch.
 
-    One magnet is turned in quarters of a turn about the normal, and mirrored.
+    One magnet is turned in quarters of a turn about the normal, and mirrored: what is yielded last.
     """
     one, other = sides
-    first = one.aside(i)
-    if other.magnet.images:
-        height = one.along(i) + other.depth[0]
-        yield np.hypot(height[:, np.newaxis] + height, abs(first[:, np.newaxis] - first))
-        return
-    height, second = one.along(i)[:, np.newaxis] + other.along(j), other.aside(j)
-    turns = (1, 1j, -1, -1j) if abs(second).any() and abs(first).any() else (1,)
-    for image, turn in itertools.product((second, second.conj()), turns):
-        yield np.hypot(height, abs(first[:, np.newaxis] - turn * image))
-        if len(turns) == 1:
+    first, second = one.aside(i)[:, np.newaxis], other.aside(j)
+    height = one.along(i)[:, np.newaxis] + other.along(j)
+    alone = aligned and not (abs(second).any() and abs(first).any())
+    for mirrored, turn in itertools.product((False, True), (1, 1j, -1, -1j)):
+        yield turn * (second if mirrored else second.conj()) - first, height, turn, mirrored
+        if alone:
             return
+
+
+def _pull(
+    one: tuple[NDArray[np.complex128], Array],
+    other: tuple[NDArray[np.complex128], Array],
+    aside: NDArray[np.complex128],
+    height: Array,
+    weight: Array | float,
+) -> tuple[float, float]:
+    """Return the force in N by which moments attract others above them, and its gradient in N/m.
+
+    Moments are their parts across and along the vertical axis, (n,) and (m,); the others are so far
+    `aside` and above, (n, m).
+    """
+    (across, along), (tangent, normal) = (one[0][:, np.newaxis], one[1][:, np.newaxis]), other
+    square = 1 / (height**2 + aside.real**2 + aside.imag**2)
+    fifth = square**2 * np.sqrt(square)
+    a = (across.conj() * aside).real + along * height
+    b = (tangent.conj() * aside).real + normal * height
+    both = along * normal
+    c = (across.conj() * tangent).real + both
+    v = a * normal + b * along + c * height
+    pull = fifth * (5 * a * b * height * square - v)
+    slope = 2 * both + c - 5 * square * ((2 * v - c * height) * height + a * b)
+    slope = fifth * (slope + 35 * a * b * (height * square) ** 2)
+    scale = 3 * PERMEABILITY_OVER_4PI * weight
+    return float((scale * pull).sum()), float((scale * slope).sum())
+
+
+def attraction_of_images(magnet: Magnet, images: float, found: Stand) -> tuple[Array, Array]:
+    """Return the force in N, and its gradient in N/m, of a magnet on a plane of iron, each (k,).
+
+    They are those of the model, in each of the orientations, if the magnet has no iron, and all its
+    moments change alike; otherwise, all pairs of moments count as aligned.
+    """
+    moments = magnet.strengths[:, np.newaxis] * magnet.axes
+    aligned = bool(magnet.responses.any()) or len(magnet.coils) > 1
+    forces, gradients = np.zeros((2, len(found.directions)))
+    for k, (direction, height) in enumerate(zip(found.directions, found.heights, strict=True)):
+        apart = height[:, np.newaxis] + height
+        if (apart < COINCIDENCE).any():
+            continue
+        _, *sides = frame_of(direction)
+        place, across = (vectors @ sides[0] + 1j * (vectors @ sides[1])
+                         for vectors in (magnet.positions, moments))  # fmt: skip
+        aside, along = place - place[:, np.newaxis], -moments @ direction
+        if aligned:
+            weight, plane = np.full((len(apart), 1), images), magnet._replace(images=images)
+            forces[k], gradients[k] = attraction(magnet, plane, np.hypot(apart, abs(aside)), weight)
+        else:
+            forces[k], slope = _pull((-across, along), (across, along), aside, apart, images)
+            gradients[k] = 2 * slope
+    return forces, gradients
 
 
 def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[float, float]:
