@@ -10,6 +10,7 @@ import numpy as np
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.checking.findings import Failure, failures
+from magmotor.mjcf.describe import described, elsewhere
 from magmotor.mjcf.langevin.temperature import joined
 
 LISTED = 4
@@ -32,16 +33,20 @@ class Check:
         option that holds too weakly.
     settings : tuple of str
         What is proposed or has been set, as text.
+    notes : tuple of str
+        Where the forces on the model do not act, which is no failure inside `magnetism()`.
     """
 
     findings: tuple[str, ...]
     timestep: float
     solref: dict[str, tuple[float, float]]
     settings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """Return one line for each finding and each setting."""
-        return "\n".join([*self.findings, *self.settings] or ["nothing to fix"])
+        """Return one line for each finding, each setting and each note."""
+        lines = [*self.findings, *self.settings] or ["nothing to fix"]
+        return "\n".join([*lines, *(f"note: not acting: {note}" for note in self.notes)])
 
 
 @checked
@@ -78,6 +83,9 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     >>> import magmotor as mm
     >>> model = mujoco.MjModel.from_xml_string('''
     ... <mujoco>
+    ...   <extension>
+    ...     <plugin plugin="magmotor.forces"><instance name="magnets"/></plugin>
+    ...   </extension>
     ...   <custom><text name="magmotor" data="dipoles"/></custom>
     ...   <worldbody>
     ...     <body name="one"><freejoint/><geom size=".005" density="7500"/><site user="0.5"/></body>
@@ -118,6 +126,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
         timestep=timestep,
         solref={name: (constant, 1.0) for name, constant in constants.items()},
         settings=tuple(settings),
+        notes=tuple(elsewhere(described(model))),
     )
     print(result)
     return result
