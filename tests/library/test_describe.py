@@ -64,7 +64,7 @@ ALONE = PLUGIN.format("magnets").replace('"magnets"/>', f'"magnets">{ACT}</insta
 
 
 def attached(arm="", gripper=ALONE):
-    """A specification of an arm to which a gripper is attached, with these elements at their tops."""
+    """An arm to which a gripper is attached, with these elements at the tops of both."""
     spec = mujoco.MjSpec.from_string(ARM.format(head=arm))
     other = mujoco.MjSpec.from_string(GRIPPER.format(head=gripper))
     spec.attach(other, site=spec.site("flange"), prefix="g_")

@@ -55,8 +55,8 @@ FAILED = -1
 
 IDLE, KINDS, SHIFT = 1 << 15, (1 << 16) - 1, 16
 """Parts of the word in `plugin_data`: a bit for an instance that does not act, the bits of what
-acts, and, above them, a checksum of the drives with which the passive forces were computed. All bits
-are set if what should act is invalid."""
+acts, and, above them, a checksum of the drives with which the passive forces were computed. All
+bits are set if what should act is invalid."""
 
 ACTUATOR_STAGE = 1
 """mjPLUGIN_ACTUATOR."""
@@ -133,6 +133,26 @@ def _read(checksum: int, offsets: layout.Layout):
     return read
 
 
+def note_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Note what a thermostat left in `xfrc_applied`, which a block must not take for others'."""
+    _note(layout.current())(model._address, data._address)
+
+
+@compiled_once(error_model="numpy")
+def _note(checksum: int, offsets: layout.Layout):
+    """Define `note_wrenches` for one layout of the structs."""
+
+    def note(model, data):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        notes = _notes(m, d, offsets)
+        for body in range(1, len(notes)):
+            notes[body] = _checksum(d[offsets.xfrc_applied // 8], body)
+
+    return note
+
+
 def prepare(model: int, data: int, instance: int) -> None:
     """Do what the plugin's `init` does for an mjData, except for notices; `reset` raises errors.
 
@@ -188,8 +208,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             # Finite differences may keep the passive forces, which then contain ours already.
             _compute_passive(model, data)
         generalized = d[offsets.qfrc_passive // 8]
-        notes = memory.words(data + offsets.notes, min(m[offsets.nbody // 8], layout.NOTES))
-        _note_others(wrenches, notes)
+        _note_others(m, d, offsets)
         acting = apply_forces(model, data, kinds, wrenches, generalized, stage, place)
         if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
@@ -200,11 +219,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             _clear(memory.numbers(wrenches, m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, stage)
             return
-        lost = _note_ours(wrenches, notes)
-        time = memory.words(data + offsets.time, 1)[0]
-        if lost > 0 and time >= notes[0] and _continues(m, d, offsets):
-            warn_of_overwritten(lost, model)
-        notes[0] = time
+        _note_ours(m, d, offsets)
         if acting > 0:
             messages.remember_acting(model)
             if error[1] >= 0:
@@ -413,23 +428,34 @@ def _clear(applied):
 
 
 @subroutine
-def _note_others(wrenches, notes):
+def _note_others(m, d, offsets):
     """Note the checksum of each wrench that differs from what was noted, else 0."""
+    notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
     for body in range(1, len(notes)):
         found = _checksum(wrenches, body)
         notes[body] = found if found != notes[body] else 0
 
 
 @subroutine
-def _note_ours(wrenches, notes):
-    """Note the checksum of each wrench; return a body whose noted wrench was overwritten, or 0."""
+def _note_ours(m, d, offsets):
+    """Note the checksum of each wrench, and report a body whose noted wrench was overwritten."""
+    notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
+    time = memory.words(d.ctypes.data + offsets.time, 1)[0]
     lost = 0
     for body in range(1, len(notes)):
         left = _checksum(wrenches, body)
         if notes[body] != 0 and notes[body] != left:
             lost = body
         notes[body] = left
-    return lost
+    if lost > 0 and time >= notes[0] and _continues(m, d, offsets):
+        warn_of_overwritten(lost, m.ctypes.data)
+    notes[0] = time
+
+
+@subroutine
+def _notes(m, d, offsets):
+    """Return the words of mjData for notes: the time, and a checksum for each body from 1 on."""
+    return memory.words(d.ctypes.data + offsets.notes, min(m[offsets.nbody // 8], layout.NOTES))
 
 
 @subroutine(forceinline=True)

@@ -113,7 +113,9 @@ class LayoutError(RuntimeError):
 
 
 @constant_in_code
-class Layout(namedtuple("Layout", (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS, "notes"))):
+class Layout(
+    namedtuple("Layout", (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS, "notes"))
+):
     """Byte offsets of fields in mjModel, including its options, in mjData, and in a contact.
 
     `contact_size` is the size of a contact in bytes. `notes` are `NOTES` words of mjData.

@@ -262,9 +262,13 @@ def _control() -> ctypes.c_void_p:
 
 
 def _install() -> Any:
-    address = compiled_callback().address
     previous = mujoco.get_mjcb_control()
     users_callback.value = _control().value or 0
+    mujoco.set_mjcb_control(None)  # one in Python cannot run while models are compiled
+    try:
+        address = compiled_callback().address
+    finally:
+        mujoco.set_mjcb_control(previous)
     if previous is None:
         mujoco.set_mjcb_control(_C_TYPE(address))
     else:

@@ -19,6 +19,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, check_integer, check_type, elements, reject
 from magmotor.common.environment import physical_memory
 from magmotor.mjcf import hooks
+from magmotor.mjcf.callbacks import note_wrenches
 from magmotor.mjcf.langevin.baths import (
     dampers_with_temperatures,
     doubt,
@@ -491,6 +492,7 @@ class Langevin(Thermostat):
                 self._own._address, data._address, self._tree, self._dampers,
                 self._parts, path, steps.first, steps.nstep, steps.every, room, steps.records,
             )  # fmt: skip
+        note_wrenches(self.model, data)
         for kind, count in zip(LOSSES, before, strict=True):
             if data.warning[kind].number > count:
                 raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")
