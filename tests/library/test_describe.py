@@ -55,7 +55,7 @@ def test_dipoles_and_pairs(capsys):
 
 GRIPPER = """<mujoco>{head}<worldbody><body name="hand"><geom size=".01"/><site user=".5"/></body>
 </worldbody></mujoco>"""
-ARM = """<mujoco>{head}<option gravity="0 0 0"/><worldbody>
+LONG_ARM = """<mujoco>{head}<option gravity="0 0 0"/><worldbody>
 <body name="arm"><geom size=".02" pos="0 0 -.1"/><site name="flange"/></body>
 <body name="part" pos="0 0 .05"><freejoint/><geom size=".01"/><site user=".5"/></body>
 </worldbody></mujoco>"""
@@ -65,17 +65,17 @@ ALONE = PLUGIN.format("magnets").replace('"magnets"/>', f'"magnets">{ACT}</insta
 
 def attached(arm="", gripper=ALONE):
     """An arm to which a gripper is attached, with these elements at the tops of both."""
-    spec = mujoco.MjSpec.from_string(ARM.format(head=arm))
+    spec = mujoco.MjSpec.from_string(LONG_ARM.format(head=arm))
     other = mujoco.MjSpec.from_string(GRIPPER.format(head=gripper))
     spec.attach(other, site=spec.site("flange"), prefix="g_")
     return spec
 
 
 def pulled(model):
-    """How far the part moves in some steps of MuJoCo alone."""
+    """The force on the part in N, by MuJoCo alone."""
     data = mujoco.MjData(model)
-    mujoco.mj_step(model, data, nstep=5)
-    return abs(data.qpos[2] - 0.05)
+    mujoco.mj_forward(model, data)
+    return model.body("part").mass[0] * data.joint(0).qacc[2]
 
 
 @pytest.mark.parametrize("tell", [mm.describe, mm.check])
@@ -83,17 +83,20 @@ def pulled(model):
 def test_a_plugin_that_attach_drops_comes_back_by_the_lines_that_are_printed(tell, marked, capsys):
     mark = MARK.format("dipoles") * marked
     spec = attached(arm=mark)
+    force = -6e-7 * 0.5**2 / 0.05**4
     model = spec.compile()
     assert pulled(model) == 0
     tell(model)
     line = capsys.readouterr().out.splitlines()[-1]
     assert "not acting: dipoles outside of magmotor.magnetism()" in line
-    extension = re.search("<extension>.*</extension>", line)[0]
-    assert pulled(attached(arm=mark + extension).compile()) > 1e-4  # m; 0.02
-    for statement in re.search("in Python (.*)$", line)[1].split(" and "):
+    [extension] = re.findall("<extension>.*</extension>", line)
+    assert pulled(attached(arm=mark + extension).compile()) == pytest.approx(
+        force, rel=1e-13, abs=0
+    )
+    for statement in line.partition("in Python ")[2].split(" and "):
         exec(statement, {"spec": spec})
     restored = spec.compile()
-    assert pulled(restored) > 1e-4
+    assert pulled(restored) == pytest.approx(force, rel=1e-13, abs=0)
     tell(restored)
     assert "outside of" not in capsys.readouterr().out
 
@@ -175,8 +178,10 @@ def test_one_dipole_acts_with_a_field_or_iron(capsys):
     )
     field = '<numeric name="field" data="0 0 1"/>'
     for word, declared in (("fields", field), ("iron", iron)):
-        mm.describe(mujoco.MjModel.from_xml_string(model.format(word=word, declared=declared)))
-        assert "not acting" not in capsys.readouterr().out
+        found = mm.describe(
+            mujoco.MjModel.from_xml_string(model.format(word=word, declared=declared))
+        )
+        assert found.idle == ()
     mm.describe(mujoco.MjModel.from_xml_string(model.format(word="", declared="")))
     assert "not acting: the dipoles, since all are on one rigid body" in capsys.readouterr().out
 

@@ -196,7 +196,7 @@ def verify(layout: Layout) -> None:
     moved = [name for name in views if views[name].ctypes.data != first + getattr(layout, name)]
     wrong += ["contact"] if len(moved) == len(views) else moved
     last = _read(ctypes.c_int, data._address + layout.notes + 8 * NOTES - 4)
-    wrong += ["solver"] * (last != _PROBE_PSTACK)
+    wrong += ["notes"] * (last != _PROBE_PSTACK)
     wrong += ["contact_size"] * (data.contact.dist.strides[0] != layout.contact_size)
     if wrong:
         raise LayoutError(
