@@ -68,8 +68,9 @@ def magnetism() -> "Block":
     previous callback is restored at the end. Blocks may be nested and may overlap in several
     threads. The callback works with `mj_step`, `mj_forward`, `mujoco.rollout`,
     `mujoco.batch.Batch` and the viewer, without the GIL. MuJoCo has only one control callback: one
-    that was installed before runs inside the block, too, before the forces are computed; calling
-    `mujoco.set_mjcb_control` inside the block replaces this one, which is a warning at the end.
+    that was installed before runs inside the block, too, before the forces are computed (a `Batch`
+    accepts one in C only); calling `mujoco.set_mjcb_control` inside the block replaces this one,
+    which is a warning at the end.
 
     After the block, `xfrc_applied` still contains the last forces, and MuJoCo continues to apply
     them; set it to zero. The viewer's `sync` does this after each step.
