@@ -706,6 +706,7 @@ def test_what_a_thermostat_leaves_in_xfrc_applied_is_not_taken_for_the_users(lan
     langevin(model).step(data, nstep=3)
     left = data.xfrc_applied.copy()
     assert left.any()
+    data.qpos[0] += 0.1
     with mm.magnetism():
         mujoco.mj_step(model, data)
     assert (data.xfrc_applied != left).any()
