@@ -78,8 +78,9 @@ def pulled(model):
     return model.body("part").mass[0] * data.joint(0).qacc[2]
 
 
-@pytest.mark.parametrize("tell", [mm.describe, mm.check])
-@pytest.mark.parametrize("marked", [False, True])
+@pytest.mark.parametrize(
+    ("tell", "marked"), [(mm.describe, False), (mm.describe, True), (mm.check, False)]
+)
 def test_a_plugin_that_attach_drops_comes_back_by_the_lines_that_are_printed(tell, marked, capsys):
     mark = MARK.format("dipoles") * marked
     spec = attached(arm=mark)

@@ -38,6 +38,10 @@ def report(options: Options) -> None:
     """Print the findings; the exit code is 1 if there are some."""
     model, data = read(options.model, options.keyframe)
     found, description = check(model, data), described(model)
+    if description.acting and description.marked and not description.plugin:
+        print(
+            "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only"
+        )
     if found.findings:
         raise SystemExit(FOUND)
     if not description.acting:

@@ -34,7 +34,8 @@ class Check:
     settings : tuple of str
         What is proposed or has been set, as text.
     notes : tuple of str
-        Where the forces on the model do not act, which is no failure inside `magnetism()`.
+        Where the forces on a model without a mark do not act, which is no failure inside
+        `magnetism()`.
     """
 
     findings: tuple[str, ...]
@@ -83,9 +84,6 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
     >>> import magmotor as mm
     >>> model = mujoco.MjModel.from_xml_string('''
     ... <mujoco>
-    ...   <extension>
-    ...     <plugin plugin="magmotor.forces"><instance name="magnets"/></plugin>
-    ...   </extension>
     ...   <custom><text name="magmotor" data="dipoles"/></custom>
     ...   <worldbody>
     ...     <body name="one"><freejoint/><geom size=".005" density="7500"/><site user="0.5"/></body>
@@ -121,12 +119,13 @@ def check(model: mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool
         model.opt.timestep = timestep
         for name, row in numbers.items():
             row[:2] = constants[name], 1.0
+    description = described(model)
     result = Check(
         findings=tuple(_merged(found)),
         timestep=timestep,
         solref={name: (constant, 1.0) for name, constant in constants.items()},
         settings=tuple(settings),
-        notes=tuple(elsewhere(described(model))),
+        notes=tuple(elsewhere(description) if not description.marked else ()),
     )
     print(result)
     return result
