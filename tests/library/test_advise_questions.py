@@ -1,12 +1,13 @@
 """What `mm.advise` cannot answer: bad input, rest, divergence, interruptions."""
 
+import contextlib
 import copy
 import math
 import warnings
 
 import mujoco
 import pytest
-from advised_models import AMPLITUDE, BALL, OSCILLATOR, PENDULUM, TRAP, Clock, started
+from advised_models import AMPLITUDE, BALL, NEEDLE, OSCILLATOR, PENDULUM, TRAP, Clock, started
 
 import magmotor as mm
 from magmotor.advice import survey
@@ -57,6 +58,16 @@ def test_a_quantity_that_is_not_there_is_named(quantity, sentence):
 def test_numbers_out_of_bounds_are_named(arguments, sentence):
     with pytest.raises(ValueError, match=sentence):
         mm.advise(*started(PENDULUM, [1.0]), **arguments)
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_forces_that_do_not_act_during_the_measurement_are_noted(inside):
+    start, end = NEEDLE.index("<extension>"), NEEDLE.index("</extension>")
+    marked = NEEDLE[:start] + "<extension>" + NEEDLE[end:]
+    with mm.magnetism() if inside else contextlib.nullcontext():
+        advice = mm.advise(*started(marked, qvel=[1.0]), error=0.1, budget=2)
+    noted = [note for note in advice.notes if "dipoles outside of magmotor.magnetism()" in note]
+    assert len(noted) == (0 if inside else 1)
 
 
 def test_what_is_not_finite_along_the_path_is_no_accuracy():

@@ -1,6 +1,7 @@
 """`describe` names what acts on a model, its temperature, and what does not act."""
 
 import re
+import sys
 import warnings
 
 import mujoco
@@ -45,11 +46,91 @@ def test_dipoles_and_pairs(capsys):
     assert found.dipoles == {"left": 1, "right": 2}
     assert found.pairs == {("left", "right"): 1.0}
     assert found.idle == ()
-    assert text.splitlines() == [
+    assert text.splitlines()[:3] == [
         "acting: dipoles, inside magmotor.magnetism()",
         "dipoles: 1 on left, 2 on right",
         "pairs: left and right",
     ]
+
+
+GRIPPER = """<mujoco>{head}<worldbody><body name="hand"><geom size=".01"/><site user=".5"/></body>
+</worldbody></mujoco>"""
+LONG_ARM = """<mujoco>{head}<option gravity="0 0 0"/><worldbody>
+<body name="arm"><geom size=".02" pos="0 0 -.1"/><site name="flange"/></body>
+<body name="part" pos="0 0 .05"><freejoint/><geom size=".01"/><site user=".5"/></body>
+</worldbody></mujoco>"""
+ACT = '<config key="act" value="dipoles"/>'
+ALONE = PLUGIN.format("magnets").replace('"magnets"/>', f'"magnets">{ACT}</instance>')
+
+
+def attached(arm="", gripper=ALONE):
+    """An arm to which a gripper is attached, with these elements at the tops of both."""
+    spec = mujoco.MjSpec.from_string(LONG_ARM.format(head=arm))
+    other = mujoco.MjSpec.from_string(GRIPPER.format(head=gripper))
+    spec.attach(other, site=spec.site("flange"), prefix="g_")
+    return spec
+
+
+def pulled(model):
+    """The force on the part in N, by MuJoCo alone."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return model.body("part").mass[0] * data.joint(0).qacc[2]
+
+
+@pytest.mark.parametrize(
+    ("tell", "marked"), [(mm.describe, False), (mm.describe, True), (mm.check, False)]
+)
+def test_a_plugin_that_attach_drops_comes_back_by_the_lines_that_are_printed(tell, marked, capsys):
+    mark = MARK.format("dipoles") * marked
+    spec = attached(arm=mark)
+    force = -6e-7 * 0.5**2 / 0.05**4
+    model = spec.compile()
+    assert pulled(model) == 0
+    tell(model)
+    line = capsys.readouterr().out.splitlines()[-1]
+    assert "not acting: dipoles outside of magmotor.magnetism()" in line
+    [extension] = re.findall("<extension>.*</extension>", line)
+    assert pulled(attached(arm=mark + extension).compile()) == pytest.approx(
+        force, rel=1e-13, abs=0
+    )
+    for statement in line.partition("in Python ")[2].split(" and "):
+        exec(statement, {"spec": spec})
+    restored = spec.compile()
+    assert pulled(restored) == pytest.approx(force, rel=1e-13, abs=0)
+    tell(restored)
+    assert "outside of" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("module", ["mujoco.mjx", "mujoco_warp"])
+def test_engines_that_cannot_run_the_forces_are_named_if_they_are_loaded(
+    module, monkeypatch, capsys
+):
+    text = PAIR.format(head=PLUGIN.format("m"))
+    assert "which cannot run" not in described(text, capsys)[1]
+    monkeypatch.setitem(sys.modules, module, None)
+    assert "MJX" in described(text, capsys)[1] or module == "mujoco_warp"
+    assert "which cannot run the forces" in described(text, capsys)[1]
+
+
+@pytest.mark.parametrize("name", ["magmotr", "Magmotor", "mag_motor", "g_magmotor", "topic"])
+@pytest.mark.parametrize("plugin", ["", PLUGIN.format("m")])
+def test_a_misspelt_mark_is_named(name, plugin, capsys):
+    """By `describe`, and by a warning where our code runs; other texts may contain our words."""
+    head = MARK.replace('"magmotor"', f'"{name}"').format("dipoles fields") + FIELD.join(
+        ("<custom>", "</custom>")
+    )
+    with warnings.catch_warnings(record=True) as caught, mm.magnetism():
+        warnings.simplefilter("always")
+        model = mujoco.MjModel.from_xml_string(PAIR.format(head=head + plugin))
+        mujoco.mj_step(model, mujoco.MjData(model), nstep=2)
+    found = [str(each.message) for each in caught if "only the name magmotor" in str(each.message)]
+    assert (len(found) > 0) == (name != "topic")
+    assert all(f"text '{name}'" in sentence for sentence in found)
+    assert len(found) <= (2 if plugin else 1)
+    mm.describe(model)
+    named = f"not acting: text '{name}', since only the name magmotor"
+    assert (named in capsys.readouterr().out) == (name != "topic")
 
 
 @pytest.mark.parametrize(("factor", "pairs"), [(3, {("left", "right"): 3.0}), (0, {})])
@@ -98,8 +179,10 @@ def test_one_dipole_acts_with_a_field_or_iron(capsys):
     )
     field = '<numeric name="field" data="0 0 1"/>'
     for word, declared in (("fields", field), ("iron", iron)):
-        mm.describe(mujoco.MjModel.from_xml_string(model.format(word=word, declared=declared)))
-        assert "not acting" not in capsys.readouterr().out
+        found = mm.describe(
+            mujoco.MjModel.from_xml_string(model.format(word=word, declared=declared))
+        )
+        assert found.idle == ()
     mm.describe(mujoco.MjModel.from_xml_string(model.format(word="", declared="")))
     assert "not acting: the dipoles, since all are on one rigid body" in capsys.readouterr().out
 

@@ -1,6 +1,9 @@
 """The compiled callback has the same wrench as its NumPy twin for any model, version and thread."""
 
+import copy
+import ctypes
 import inspect
+import pickle
 import re
 import subprocess
 import sys
@@ -301,22 +304,202 @@ def test_the_top_gets_the_wrench_of_the_twin(surface):
     assert np.abs(compiled - twin).max() <= 1e-14 * np.abs(twin).max()  # 7e-16
 
 
-def test_what_was_installed_is_restored():
-    def mine(model, data):
-        pass
+def test_what_was_installed_runs_inside_and_is_restored():
+    """In Python or in C, on a model with or without magnets, and before the forces are computed."""
+    model = mujoco.MjModel.from_xml_string(BOXES.format(integrator="Euler"))
+    data, seen = mujoco.MjData(model), []
 
-    mujoco.set_mjcb_control(mine)
+    def mine(model, data):
+        seen.append((data.time, data.xfrc_applied.any()))
+
+    in_c = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(lambda *_: seen.append(None))
     try:
-        with mm.magnetism():
+        for previous in (mine, in_c):
+            mujoco.set_mjcb_control(previous)
             with mm.magnetism():
-                assert mujoco.get_mjcb_control() is not mine
-            assert mujoco.get_mjcb_control() is not mine
-        assert mujoco.get_mjcb_control() is mine
-        with pytest.raises(KeyError), mm.magnetism():
-            raise KeyError
-        assert mujoco.get_mjcb_control() is mine
+                with mm.magnetism():
+                    mujoco.mj_step(model, data)
+                mujoco.mj_step(model, data)
+            assert mujoco.get_mjcb_control() is previous
+            with pytest.raises(KeyError), mm.magnetism():
+                raise KeyError
+            assert mujoco.get_mjcb_control() is previous
     finally:
         mujoco.set_mjcb_control(None)
+    assert seen == [(0.0, False), (model.opt.timestep, True), None, None]
+    assert data.xfrc_applied[1:].any(axis=1).tolist() == [False, True, True]
+    with mm.magnetism():
+        mujoco.mj_step(model, data)
+    assert len(seen) == 4
+
+
+def test_an_error_of_the_users_callback_is_raised():
+    def mine(model, data):
+        raise KeyError("mine")
+
+    model = mujoco.MjModel.from_xml_string(COMPASSES)
+    data = mujoco.MjData(model)
+    mujoco.set_mjcb_control(mine)
+    try:
+        with pytest.raises(KeyError, match="mine"), mm.magnetism():
+            mujoco.mj_step(model, data)
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+@pytest.mark.parametrize("callback", [None, lambda *_: None])
+def test_a_callback_set_inside_the_block_is_named_at_its_end(callback):
+    with pytest.warns(UserWarning, match="set_mjcb_control replaced") as caught, mm.magnetism():
+        mujoco.set_mjcb_control(callback)
+    assert caught[0].filename == __file__
+    assert mujoco.get_mjcb_control() is None
+
+
+BOXES = """
+<mujoco>
+  <option gravity="0 0 0" integrator="{integrator}"/>
+  <custom><text name="magmotor" data="dipoles noise"/></custom>
+  <worldbody>
+    <geom type="plane" size="9 9 1" pos="0 0 -0.1"/>
+    <site pos="0 0 0.5" user="1"/>
+    <body name="plain"><freejoint/><geom size="0.1" contype="0" conaffinity="0"/></body>
+    <body name="box" pos="0 1 0"><freejoint/><geom size="0.1" mass="1"/><site user="1"/></body>
+    <body name="driven" pos="1 1 0" user="0.1 0 0 0 0 0">
+      <freejoint/><geom size="0.1" mass="1"/><site user="1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+"""One body without magnetism, and two with it, one of them with noise."""
+
+
+def set_before(model, data):
+    data.body("box").xfrc_applied[0] = 1
+    mujoco.mj_step(model, data, nstep=3)
+
+
+def set_later(model, data):
+    mujoco.mj_step(model, data, nstep=3)
+    data.body("box").xfrc_applied[0] += 1
+    mujoco.mj_forward(model, data)
+    mujoco.mj_step(model, data, nstep=3)
+
+
+def set_by_the_viewer(model, data):
+    perturb = mujoco.MjvPerturb()
+    perturb.select, perturb.active, perturb.refquat[0], perturb.localmass = 2, 1, 1, 1
+    for _ in range(3):
+        mujoco.mj_step(model, data)
+        data.xfrc_applied[:] = 0
+        mujoco.mjv_applyPerturbForce(model, data, perturb)
+
+
+def set_by_a_rollout(model, data):
+    size = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    start, wrenches = np.zeros(size), np.zeros((3, model.nbody, 6))
+    start[1 : 1 + model.nq], wrenches[:, 2, 0] = model.qpos0, 1
+    spec = int(mujoco.mjtState.mjSTATE_XFRC_APPLIED)
+    mujoco.rollout.rollout(
+        model, data, start, wrenches.reshape(3, -1), control_spec=spec, skip_checks=False
+    )
+
+
+INTEGRATORS = ("Euler", "implicitfast", "RK4")
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("act", [set_before, set_later, set_by_the_viewer, set_by_a_rollout])
+def test_a_force_in_xfrc_applied_that_is_overwritten_is_named_once(act, integrator):
+    model = mujoco.MjModel.from_xml_string(BOXES.format(integrator=integrator))
+    data = mujoco.MjData(model)
+    with warnings.catch_warnings(record=True) as caught, mm.magnetism():
+        warnings.simplefilter("always")
+        act(model, data)
+        act(model, data)
+    assert [str(each.message).partition(" has no effect")[0] for each in caught] == [
+        "the force that was set in xfrc_applied of body 'box'"
+    ]
+
+
+def run_again(model, data):
+    mujoco.mj_step(model, data, nstep=3)
+
+
+def push_others_and_clear(model, data):
+    for step in range(6):
+        data.body("plain").xfrc_applied[0] = step
+        mujoco.mj_step(model, data)
+        data.xfrc_applied[2 + step % 2] = 0
+
+
+def copy_data(model, data):
+    mujoco.mj_step(model, data)
+    backup = copy.copy(data)
+    for _ in range(3):
+        mujoco.mj_step(model, data, nstep=3)
+        mujoco.mj_copyData(data, model, backup)
+        mujoco.mj_step(model, pickle.loads(pickle.dumps(backup)), nstep=3)
+
+
+def restore_states(model, data):
+    spec, other = int(mujoco.mjtState.mjSTATE_INTEGRATION), mujoco.MjData(model)
+    state = np.empty(mujoco.mj_stateSize(model, spec))
+    for _ in range(3):
+        mujoco.mj_step(model, data, nstep=2)
+        mujoco.mj_getState(model, data, state, spec)
+        for each in (other, data):
+            mujoco.mj_step(model, each)
+            mujoco.mj_setState(model, each, state, spec)
+            mujoco.mj_step(model, each)
+
+
+def share_data(model, _data):
+    batch = mujoco.batch.Batch(model, 5, 2)
+    batch.qpos[:, 7] += np.arange(5) / 10
+    for step in range(6):
+        batch.xfrc_applied[:, 1, 0] = step
+        batch.step()
+
+
+def pull_by_our_own_function(model, data):
+    perturb = mujoco.MjvPerturb()
+    perturb.select, perturb.active = 2, 1
+    for _ in range(3):
+        mm.apply_perturbation(model, data, perturb)
+        mujoco.mj_step(model, data)
+
+
+def evaluate_and_reset(model, data):
+    for step in range(3):
+        mujoco.mj_step(model, data)
+        data.qpos[7:10], data.qvel[:] = step, step
+        mujoco.mj_forward(model, data)
+        mujoco.mj_step1(model, data)
+        mujoco.mj_step2(model, data)
+    mujoco.mj_resetData(model, data)
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize(
+    "act",
+    [
+        run_again,
+        push_others_and_clear,
+        copy_data,
+        restore_states,
+        share_data,
+        pull_by_our_own_function,
+        evaluate_and_reset,
+    ],
+)
+def test_what_the_block_left_in_xfrc_applied_is_never_taken_for_the_users(act, integrator):
+    """A warning is an error; the second block begins with the wrenches of the first."""
+    model = mujoco.MjModel.from_xml_string(BOXES.format(integrator=integrator))
+    data = mujoco.MjData(model)
+    for _ in range(2):
+        with mm.magnetism():
+            act(model, data)
+        mujoco.mj_step(model, data, nstep=2)
 
 
 def test_blocks_may_overlap_in_threads():
@@ -431,8 +614,10 @@ def test_a_model_on_which_nothing_acts_warns_once_and_says_why(xml, why):
     with warnings.catch_warnings(record=True) as caught, mm.magnetism():
         warnings.simplefilter("always")
         mujoco.mj_step(model, data, nstep=3)
-    assert [w.category for w in caught] == [UserWarning]
-    assert re.match(f"nothing acts on this model: .*{why}", str(caught[0].message))
+    said = [str(each.message) for each in caught]
+    said = [sentence for sentence in said if "set in xfrc_applied" not in sentence]
+    assert len(said) == 1
+    assert re.match(f"nothing acts on this model: .*{why}", said[0])
 
 
 @pytest.mark.parametrize("left_out", ["", "world needle", "world tail", "base needle", "base tail"])

@@ -14,6 +14,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from advised_models import NEEDLE, started
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -695,3 +696,17 @@ def test_a_model_with_the_plugin_has_no_second_forces(scene):
         states.append(np.concatenate([data.qpos, data.qvel]))
     assert abs(states[0][: model.nq] - model.qpos0).max() > 1e-3
     np.testing.assert_array_equal(*states)
+
+
+@pytest.mark.parametrize("langevin", [mm.Baoab, lambda model: mm.Langevin(model, 1e-9, friction=1)])
+def test_what_a_thermostat_leaves_in_xfrc_applied_is_not_taken_for_the_users(langevin):
+    """By a block afterwards, whose warning would be an error."""
+    start, end = NEEDLE.index("<extension>"), NEEDLE.index("</extension>")
+    model, data = started(NEEDLE[:start] + "<extension>" + NEEDLE[end:])
+    langevin(model).step(data, nstep=3)
+    left = data.xfrc_applied.copy()
+    assert left.any()
+    data.qpos[0] += 0.1
+    with mm.magnetism():
+        mujoco.mj_step(model, data)
+    assert (data.xfrc_applied != left).any()

@@ -349,6 +349,37 @@ def test_a_binary_model_works_in_a_new_process(tmp_path):
     assert found.stdout.strip() == repr(data.qfrc_passive.tolist())
 
 
+@needs_entry_points
+@pytest.mark.parametrize(
+    ("word", "change", "sentence"),
+    [
+        ("dipolez", "pass", "text 'magmotor' = 'couplings dipolez': must be one or more"),
+        ("dipoles", "model.site_user[2] = float('inf')", "site 2 '': its only user number must be"),
+    ],
+)
+def test_an_invalid_binary_model_is_an_error_for_its_first_data(tmp_path, word, change, sentence):
+    """Even where the code of the plugin is loaded only then."""
+    text = NEEDLES.format(extension=MAGNETS, integrator="Euler")
+    model = mujoco.MjModel.from_xml_string(text.replace('"all"', '"couplings dipoles"'))
+    path = tmp_path / "model.mjb"
+    mujoco.mj_saveModel(model, str(path), None)
+    path.write_bytes(path.read_bytes().replace(b"couplings dipoles", f"couplings {word}".encode()))
+    program = f"""
+    import mujoco
+    model = mujoco.MjModel.from_binary_path({str(path)!r})
+    {change}
+    for _ in range(2):
+        try:
+            mujoco.MjData(model)
+            print("no error")
+        except mujoco.FatalError as error:
+            print(error)
+    """
+    found = run(program, tmp_path)
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.count(sentence) == 2, found.stdout
+
+
 def test_code_that_cannot_be_loaded_is_an_error(tmp_path):
     """Never a model without forces."""
     (tmp_path / "broken" / "numba").mkdir(parents=True)

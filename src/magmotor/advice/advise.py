@@ -22,6 +22,10 @@ from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, fraction, number
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.describe import described, elsewhere
+from magmotor.mjcf.forces.marks import UNMARKED
+from magmotor.mjcf.magnetism import is_open
 from magmotor.mjcf.unit_system import own_units
 
 LEAST, USUAL, MOST = 48, 1.0, 10**8
@@ -171,6 +175,8 @@ def survey(
         raise reject("duration", duration, bound)
     read = read_quantity(runs.model, runs.workspace(), quantity)
     advice = Advice(read.name, error, duration, every_element, notes=own_units(model))
+    if kT is None and not is_open() and acting_forces(model) & ~UNMARKED:
+        advice.notes += tuple(f"not acting: {reason}" for reason in elsewhere(described(model)))
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
         show = partial(_show, bar, time.perf_counter())
         measurement = Measurement(runs, read, duration, every_element=every_element)

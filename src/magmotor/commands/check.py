@@ -51,8 +51,10 @@ def report(options: Options) -> None:
     found = examined(model, data)
     if found.findings or not dropped:  # which has been said
         print(found)
+    else:
+        print(*found.note_lines, sep="\n")
     description = described(model)
-    if description.acting and not description.plugin:
+    if description.acting and description.marked and not description.plugin:
         print(
             "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only"
         )

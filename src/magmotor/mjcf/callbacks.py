@@ -2,11 +2,15 @@
 
 All of them apply the same forces. The callback overwrites `xfrc_applied`, where one can see them;
 the plugin adds them to `qfrc_passive`, and leaves `xfrc_applied` and the callback to the user.
+
+The callback calls the user's first. In `notes` of mjData, it keeps the time, and for each body a
+checksum of its wrench: one that has changed since, and is overwritten, was set by the user.
 """
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
+import ctypes
 import math
 from functools import cache
 from typing import Any
@@ -42,11 +46,13 @@ from magmotor.mjcf.forces.marks import (
     POTENTIALS,
     UNMARKED,
     UNREADABLE,
+    WRONG,
+    misnamed_mark,
     plugin_instance,
 )
 from magmotor.mjcf.forces.valid_indices import is_at_start, is_readable, stays_readable
 from magmotor.mjcf.hooks import errors_raised
-from magmotor.mjcf.reports import report, warn_of_motion
+from magmotor.mjcf.reports import report, warn_of_misnamed, warn_of_motion, warn_of_overwritten
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -55,7 +61,8 @@ FAILED = -1
 
 IDLE, KINDS, SHIFT = 1 << 15, (1 << 16) - 1, 16
 """Parts of the word in `plugin_data`: a bit for an instance that does not act, the bits of what
-acts, and, above them, a checksum of the drives with which the passive forces were computed."""
+acts, and, above them, a checksum of the drives with which the passive forces were computed. All
+bits are set if what should act is invalid."""
 
 ACTUATOR_STAGE = 1
 """mjPLUGIN_ACTUATOR."""
@@ -66,12 +73,20 @@ DISABLE_SPRING, DISABLE_DAMPER, ENABLE_SLEEP = 1 << 5, 1 << 6, 1 << 4
 BAD_POSITION = 3
 """mjWARN_BADQPOS."""
 
+WEIGHTS = tuple(0x9E3779B97F4A7C15 * k % 2**62 | 1 for k in range(1, 7))
+"""Odd numbers by which the words of a wrench enter its checksum."""
+
 _word, _int = types.int64, types.int32
 _apply_wrench = types.ExternalFunction(
     "mj_applyFT", types.void(_word, _word, _word, _word, _word, _int, _word)
 )
 _compute_passive = types.ExternalFunction("mj_passive", types.void(_word, _word))
 _warn = types.ExternalFunction("mj_warning", types.void(_word, _int, _int))
+_has_users_callback = memory.variable("magmotor_users_callback")
+_call_users_callback = memory.function_at("magmotor_users_callback", types.int64(_word, _word))
+
+users_callback = ctypes.c_int64(0)
+"""Address of the control callback that ours has replaced, and calls; 0 without one."""
 
 
 @cache
@@ -88,7 +103,8 @@ def compiled_plugin(name: bytes) -> dict[str, Any]:
     current = layout.current()
     if name == magmotor_plugin.MAGNETOMETER:
         return {"compute": _measure(current), "init": _check_magnetometers(current)}
-    return {"copy": _copy(current), "compute": _compute(current), "init": _init(current)}
+    functions = {"copy": _copy, "compute": _compute, "init": _init, "reset": _reset}
+    return {member: function(current) for member, function in functions.items()}
 
 
 def acting_forces(model: mujoco.MjModel) -> int:
@@ -122,8 +138,28 @@ def _read(checksum: int, offsets: layout.Layout):
     return read
 
 
+def note_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Note what a thermostat left in `xfrc_applied`, which a block must not take for others'."""
+    _note(layout.current())(model._address, data._address)
+
+
+@compiled_once(error_model="numpy")
+def _note(checksum: int, offsets: layout.Layout):
+    """Define `note_wrenches` for one layout of the structs."""
+
+    def note(model, data):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        d = memory.words(data, memory.UNBOUNDED)
+        notes = _notes(m, d, offsets)
+        for body in range(1, len(notes)):
+            notes[body] = _checksum(d[offsets.xfrc_applied // 8], body)
+
+    return note
+
+
 def prepare(model: int, data: int, instance: int) -> None:
-    """Do what the plugin's `init` does for an mjData, except for errors and notices.
+    """Do what the plugin's `init` does for an mjData, except for notices; `reset` raises errors.
 
     `model` and `data` are addresses.
     """
@@ -136,7 +172,12 @@ def _prepare(checksum: int, offsets: layout.Layout):
 
     def prepare(model, data, instance):
         _ = checksum
-        _keep(memory.words(model, memory.UNBOUNDED), data, offsets, instance)
+        m = memory.words(model, memory.UNBOUNDED)
+        _keep(m, data, offsets, instance)
+        place = memory.triple_on_stack()
+        first_error(model, checked_forces_of(m, offsets), True, place)
+        if memory.words(place, 3)[0] >= 0:
+            memory.words(_plugin_data(data, offsets, instance), 1)[0] = WRONG
 
     return prepare
 
@@ -144,6 +185,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
 @cache
 def _bind() -> None:
     memory.bind_mujoco("mj_applyFT", "mj_passive", "mj_warning")
+    memory.bind_variable("magmotor_users_callback", users_callback)
     binding.bind(lambda: _callback(layout.current()))
 
 
@@ -159,6 +201,8 @@ def _callback(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
+        if _has_users_callback() != 0:
+            _call_users_callback((model, data))
         if plugin_instance(m, offsets) >= 0:
             return
         kinds = current_forces_of(m, d, offsets)
@@ -169,6 +213,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             # Finite differences may keep the passive forces, which then contain ours already.
             _compute_passive(model, data)
         generalized = d[offsets.qfrc_passive // 8]
+        _note_others(m, d, offsets)
         acting = apply_forces(model, data, kinds, wrenches, generalized, stage, place)
         if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
@@ -178,13 +223,18 @@ def _callback(checksum: int, offsets: layout.Layout):
             report(error, model, data)
             _clear(memory.numbers(wrenches, m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, stage)
-        elif acting > 0:
+            return
+        _note_ours(m, d, offsets)
+        if acting > 0:
             messages.remember_acting(model)
             if error[1] >= 0:
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
                 _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
+                warn_of_misnamed(misnamed_mark(m, offsets), model)
         elif is_at_start(data, offsets) or not messages.has_acted(model):
+            if kinds & UNMARKED:
+                warn_of_misnamed(misnamed_mark(m, offsets), model)
             reason, number = why_inert(m, offsets, kinds)
             if reason != MEASURED:
                 _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
@@ -214,6 +264,9 @@ def _init(checksum: int, offsets: layout.Layout):
             messages.notice(sentences.NO_PASSIVE_FORCES, 0, 0, 0)
         if memory.integers(model + offsets.enableflags, 1)[0] & ENABLE_SLEEP:
             messages.notice(sentences.SLEEPING, 0, 0, 0)
+        if kinds & UNMARKED:
+            messages.forget(1 << sentences.NOT_A_MARK)
+            warn_of_misnamed(misnamed_mark(m, offsets), model)
         reason, number = why_inert(m, offsets, kinds)
         if reason >= 0:
             messages.notice(reason, number, 0, 0)
@@ -295,6 +348,24 @@ def _copy(checksum: int, offsets: layout.Layout):
     return copy
 
 
+@compiled_once(types.void(_word, _word, _word, _int), error_model="numpy")
+def _reset(checksum: int, offsets: layout.Layout):
+    """Define the plugin's `reset`, which MuJoCo calls after `init` and which may raise errors.
+
+    Python's `init`, in whose place `prepare` is called, must not.
+    """
+
+    def reset(model, state, word, instance):
+        _ = checksum
+        if word & KINDS == KINDS:
+            m = memory.words(model, memory.UNBOUNDED)
+            place = memory.triple_on_stack()
+            first_error(model, checked_forces_of(m, offsets), True, place)
+            report(memory.words(place, 3), model, model)
+
+    return reset
+
+
 @compiled_once(types.int32(_word, _word, _int), error_model="numpy")
 def _check_magnetometers(checksum: int, offsets: layout.Layout):
     """Define the magnetometer's `init`, which checks a model while MuJoCo compiles it."""
@@ -365,6 +436,64 @@ def _clear(applied):
     for body in range(len(applied)):
         for k in range(6):
             applied[body, k] = 0.0
+
+
+@subroutine
+def _note_others(m, d, offsets):
+    """Note the checksum of each wrench that differs from what was noted, else 0."""
+    notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
+    for body in range(1, len(notes)):
+        found = _checksum(wrenches, body)
+        notes[body] = found if found != notes[body] else 0
+
+
+@subroutine
+def _note_ours(m, d, offsets):
+    """Note the checksum of each wrench, and report a body whose noted wrench was overwritten."""
+    notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
+    time = memory.words(d.ctypes.data + offsets.time, 1)[0]
+    lost = 0
+    for body in range(1, len(notes)):
+        left = _checksum(wrenches, body)
+        if notes[body] != 0 and notes[body] != left:
+            lost = body
+        notes[body] = left
+    if lost > 0 and time >= notes[0] and _continues(m, d, offsets):
+        warn_of_overwritten(lost, m.ctypes.data)
+    notes[0] = time
+
+
+@subroutine
+def _notes(m, d, offsets):
+    """Return the words of mjData for notes: the time, and a checksum for each body from 1 on."""
+    return memory.words(d.ctypes.data + offsets.notes, min(m[offsets.nbody // 8], layout.NOTES))
+
+
+@subroutine(forceinline=True)
+def _checksum(wrenches, body):
+    """Return a number that tells the wrench of a body from others; 0 without a wrench."""
+    words = memory.words(wrenches + 48 * body, 6)
+    total = 0
+    for k in range(6):
+        total += words[k] * WEIGHTS[k]
+    return total
+
+
+@subroutine
+def _continues(m, d, offsets):
+    """Whether the state of `mjData` follows from its last step; else wrenches came with it.
+
+    MuJoCo keeps the accelerations of that step: RK4 those of the last stage, before contacts.
+    """
+    nv = m[offsets.nv // 8]
+    kept = memory.words(d[offsets.qacc_warmstart // 8], nv)
+    found = memory.words(d[offsets.qacc // 8], nv)
+    smooth = memory.words(d[offsets.qacc_smooth // 8], nv)
+    same = same_smooth = True
+    for k in range(nv):
+        same = same and kept[k] == found[k]
+        same_smooth = same_smooth and kept[k] == smooth[k]
+    return same or same_smooth
 
 
 @subroutine

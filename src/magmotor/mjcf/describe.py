@@ -1,5 +1,6 @@
 """`describe`: which forces act on a model, at which temperature, and what does not act and why."""
 
+import sys
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,6 +21,7 @@ from magmotor.mjcf.forces.marks import UNMARKED, WORDS
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.sentences import MARK_NAME, ONLY_NAME, resembles_mark
 from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, doubts, is_si, own_units
 
 PREFIXES = ("coupling", "field", "coil", "iron")
@@ -30,6 +32,11 @@ NUMERICS = ("field", "magnetic_tolerance", "magnetic_constant")
 
 HUGE = 1e3
 """From which moment in A m^2 a site has it by mistake."""
+
+FORCES = magmotor_plugin.FORCES.decode()
+
+ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
+"""Modules of other engines for MuJoCo's models, and their names."""
 
 SKIPPED = "since MuJoCo skips it while the flag actuation is disabled"
 """Why `magnetism` does nothing with some models."""
@@ -158,6 +165,7 @@ class Description:
         if self.dry_friction:
             yield f"dry friction, which has no matching noise: {listed(self.dry_friction)}"
         yield from (f"not acting: {reason}" for reason in self.idle)
+        yield from (f"not acting: {reason}" for reason in elsewhere(self))
 
     def _temperature(self) -> str:
         if self.kT is None:
@@ -193,12 +201,13 @@ def describe(model: mujoco.MjModel) -> Description:
     Examples
     --------
     >>> import magmotor as mm
-    >>> found = mm.describe(mm.build(mm.Motor()))
+    >>> found = mm.describe(mm.build(mm.Motor()))  # doctest: +ELLIPSIS
     acting: dipoles, couplings and noise, inside magmotor.magnetism()
     dipoles: 1 on ball, 20 on inner_ring, 5 on outer_ring
     pairs: ball and inner_ring (times 2), ball and outer_ring, inner_ring and outer_ring
     noise, Brownian wrenches: ball 2, inner_ring 3
     temperature: kT = 3.333e-06 J
+    not acting: dipoles, couplings and noise outside of magmotor.magnetism(), since the model ...
     """
     found = described(model)
     print(found)
@@ -254,6 +263,24 @@ def described(model: mujoco.MjModel) -> Description:
         units=own_units(model) or (*doubts(model, moments, magnets),),
         idle=tuple(_idle(model, named, bool(kinds & UNMARKED), acting)),
     )
+
+
+def elsewhere(found: Description) -> Iterator[str]:
+    """Yield where the forces on a model do not act, and what to do."""
+    what = joined(found.acting)
+    if what and not found.plugin:
+        config = "" if found.marked else '<config key="act" value="dipoles"/>'
+        python = "" if found.marked else '.config = {"act": "dipoles"}'
+        yield (
+            f"{what} outside of magmotor.magnetism(), since the model has no plugin {FORCES}"
+            " (MjSpec.attach drops it); in the file, add"
+            f' <extension><plugin plugin="{FORCES}"><instance name="magnets">{config}</instance>'
+            f'</plugin></extension>, or in Python spec.activate_plugin("{FORCES}") and'
+            f' spec.add_plugin(name="magnets", plugin_name="{FORCES}", active=True){python}'
+        )
+    others = [name for module, name in ENGINES.items() if module in sys.modules]
+    if what and others:
+        yield f"{what} in {joined(others)}, which cannot run the forces of magmotor"
 
 
 def weighed(moment: float) -> str:
@@ -437,8 +464,8 @@ def _renamed(model: mujoco.MjModel) -> Iterator[str]:
                     yield f"{kind} {name!r}, since the name of a {prefix} starts with {prefix}"
     for k in range(model.ntext):
         name = name_of(model, "text", k)
-        if "magmotor" in name and name != "magmotor":
-            yield f"text {name!r}, since only the name magmotor makes it a mark"
+        if resembles_mark(name) and name != MARK_NAME:
+            yield f"text {name!r}, {ONLY_NAME}"
 
 
 def _misplaced_fields(model: mujoco.MjModel) -> Iterator[str]:

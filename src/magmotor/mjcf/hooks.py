@@ -29,24 +29,29 @@ class Hook:
         `install()` installs the hook and returns the previous one.
     restore : callable
         `restore(previous)` restores the previous hook.
+
+    Attributes
+    ----------
+    depth : int
+        Number of open blocks.
     """
 
     def __init__(self, install: Callable[[], Any], restore: Callable[[Any], object]):
         self._install, self._restore = install, restore
         self._lock = threading.Lock()
-        self._depth = 0
+        self.depth = 0
         self._previous: Any = None
 
     def __enter__(self) -> None:
         with self._lock:
-            if self._depth == 0:
+            if self.depth == 0:
                 self._previous = self._install()
-            self._depth += 1
+            self.depth += 1
 
     def __exit__(self, *_: object) -> None:
         with self._lock:
-            self._depth -= 1
-            if self._depth == 0:
+            self.depth -= 1
+            if self.depth == 0:
                 self._restore(self._previous)
                 self._previous = None
 

@@ -40,9 +40,16 @@ DATA_FIELDS = (
     "body_awake", "plugin_data", "M", "qLD", "cdof", "subtree_com", "geom_xpos", "ten_J",
     "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind", "qfrc_actuator",
     "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "geom_xmat", "xpos", "ctrl",
-    "act", "sensordata", "cvel", "ximat", "ncon", "contact",
+    "act", "sensordata", "cvel", "ximat", "ncon", "qacc", "qacc_smooth",
+    "qacc_warmstart", "contact",
 )  # fmt: skip
 CONTACT_FIELDS = ("contact_size", "contact_dist", "contact_geom")
+NOTES = 512
+"""Length of `notes`: 64-bit words of an mjData that MuJoCo copies and resets, and does not use.
+
+They are the end of the solver's statistics, where iterations from the 100th on of a 20th island
+would be.
+"""
 
 _SCALARS = {
     "int": ctypes.c_int,
@@ -112,10 +119,12 @@ class LayoutError(RuntimeError):
 
 
 @constant_in_code
-class Layout(namedtuple("Layout", (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS))):
+class Layout(
+    namedtuple("Layout", (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS, "notes"))
+):
     """Byte offsets of fields in mjModel, including its options, in mjData, and in a contact.
 
-    `contact_size` is the size of a contact in bytes.
+    `contact_size` is the size of a contact in bytes. `notes` are `NOTES` words of mjData.
     """
 
 
@@ -137,6 +146,8 @@ def current() -> Layout:
         contact = _structure("mjContact")
         offsets |= {f"contact_{name}": getattr(contact, name).offset for name in ("dist", "geom")}
         offsets["contact_size"] = ctypes.sizeof(contact)
+        statistics = getattr(data, "solver")  # noqa: B009
+        offsets["notes"] = statistics.offset + statistics.size - 8 * NOTES
     except (KeyError, AttributeError) as missing:
         name = getattr(missing, "name", None) or missing
         raise LayoutError(
@@ -163,6 +174,7 @@ def verify(layout: Layout) -> None:
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
     data.time, data.pstack, data.pbase = 0.375, _PROBE_PSTACK, _PROBE_PSTACK + 64
+    data.solver[len(data.solver) - 1].nupdate = _PROBE_PSTACK
     wrong = []
     owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))
     for fields, struct, owner in (*owners, (DATA_FIELDS[:-1], data, data)):
@@ -190,6 +202,8 @@ def verify(layout: Layout) -> None:
     views = {"contact_dist": data.contact.dist, "contact_geom": data.contact.geom}
     moved = [name for name in views if views[name].ctypes.data != first + getattr(layout, name)]
     wrong += ["contact"] if len(moved) == len(views) else moved
+    last = _read(ctypes.c_int, data._address + layout.notes + 8 * NOTES - 4)
+    wrong += ["notes"] * (last != _PROBE_PSTACK)
     wrong += ["contact_size"] * (data.contact.dist.strides[0] != layout.contact_size)
     if wrong:
         raise LayoutError(

@@ -8,7 +8,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from functools import wraps
+from functools import cache, wraps
 from types import FrameType
 from typing import Any, ParamSpec, TypeVar
 
@@ -16,8 +16,9 @@ import mujoco
 
 from magmotor.common.arguments import checked
 from magmotor.mjcf import messages
-from magmotor.mjcf.callbacks import compiled_callback
+from magmotor.mjcf.callbacks import compiled_callback, users_callback
 from magmotor.mjcf.hooks import Hook
+from magmotor_plugin import library
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -64,15 +65,17 @@ def magnetism() -> "Block":
     body or joint has `user` numbers, no site has more than one, and these do not merely number the
     sites; a line on stderr says so, once per process.
 
-    The wrenches of magnetism and noise overwrite `xfrc_applied` of the bodies on which they act.
-    The forces of potentials are added to `qfrc_passive`.
+    The wrenches of magnetism and noise overwrite `xfrc_applied` of the bodies on which they act; a
+    warning names one whose row you have set (of the first 511). The forces of potentials are added
+    to `qfrc_passive`.
 
     The callback is installed as `mjcb_control` for all models and threads of the process, and the
     previous callback is restored at the end. Blocks may be nested and may overlap in several
     threads. The callback works with `mj_step`, `mj_forward`, `mujoco.rollout`,
-    `mujoco.batch.Batch` and the viewer, without the GIL. MuJoCo has only one control callback: a
-    previously installed one does not run inside the block, and calling `mujoco.set_mjcb_control`
-    inside the block silently replaces this one.
+    `mujoco.batch.Batch` and the viewer, without the GIL. MuJoCo has only one control callback: one
+    that was installed before runs inside the block, too, before the forces are computed (a `Batch`
+    accepts one in C only); calling `mujoco.set_mjcb_control` inside the block replaces this one,
+    which is a warning at the end.
 
     After the block, `xfrc_applied` still contains the last forces, and MuJoCo continues to apply
     them; set it to zero. The viewer's `sync` does this after each step.
@@ -87,8 +90,10 @@ def magnetism() -> "Block":
     Warns
     -----
     UserWarning
-        Once per block and reason, when a model is stepped on which nothing acts. The warning
-        states the reason. Also if the result is discarded without a `with` block.
+        Once per block and reason, when a model is stepped on which nothing acts (the warning states
+        the reason), when a force set in `xfrc_applied` is overwritten, or when a text is nearly a
+        mark. Also if the result is discarded without a `with` block, and at the end of a block in
+        which `mujoco.set_mjcb_control` has replaced the callback.
 
     Raises
     ------
@@ -209,6 +214,11 @@ def _acting() -> Iterator[None]:
         yield
 
 
+def is_open() -> bool:
+    """Whether a block is open in this process."""
+    return _hook.depth > 0
+
+
 @checked
 def apply_perturbation(
     model: mujoco.MjModel, data: mujoco.MjData, perturb: mujoco.MjvPerturb
@@ -251,11 +261,41 @@ def apply_perturbation(
 _C_TYPE = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
+@cache
+def _control() -> ctypes.c_void_p:
+    """Return MuJoCo's pointer to the control callback."""
+    return ctypes.c_void_p.in_dll(library(), "mjcb_control")
+
+
 def _install() -> Any:
-    function = _C_TYPE(compiled_callback().address or 0)
     previous = mujoco.get_mjcb_control()
-    mujoco.set_mjcb_control(function)
+    users_callback.value = _control().value or 0
+    mujoco.set_mjcb_control(None)  # one in Python cannot run while models are compiled
+    try:
+        address = compiled_callback().address
+    finally:
+        mujoco.set_mjcb_control(previous)
+    if previous is None:
+        mujoco.set_mjcb_control(_C_TYPE(address))
+    else:
+        # The bindings keep the user's function, since its C function looks it up there.
+        _control().value = address
     return previous
 
 
-_hook = Hook(_install, mujoco.set_mjcb_control)
+def _restore(previous: Any) -> None:
+    replaced = _control().value != compiled_callback().address
+    mujoco.set_mjcb_control(previous)
+    users_callback.value = 0
+    if replaced:
+        sentence = (
+            "mujoco.set_mjcb_control replaced the callback of magnetism() inside the block, and"
+            " since then nothing of magmotor has acted: set yours before the block, which calls it"
+        )
+        warnings.warn(sentence, stacklevel=FRAMES)
+
+
+FRAMES = 6
+"""Frames from the end of a block to the line of the user's code."""
+
+_hook = Hook(_install, _restore)

@@ -20,7 +20,13 @@ from numba import types
 
 from magmotor.mjcf import errors, memory
 from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
-from magmotor.mjcf.sentences import ASSUMED, sentence_of_error, sentence_of_notice
+from magmotor.mjcf.sentences import (
+    ASSUMED,
+    NOT_A_MARK,
+    resembles_mark,
+    sentence_of_error,
+    sentence_of_notice,
+)
 from magmotor.numerics.subroutine import subroutine
 from magmotor_plugin import library, returning
 
@@ -182,6 +188,8 @@ def _give_notice(which, number, name, other, other_name, unless, handler, user, 
         if _given.value & unless:
             return
         _given.value |= 1 << which
+    if which == NOT_A_MARK and not resembles_mark((name or b"").decode(errors="replace")):
+        return
     sentence = sentence_of_notice(which, number, name, other, other_name)
     if which == ASSUMED:
         if sentence not in _printed:

@@ -14,6 +14,7 @@ from magmotor.mjcf.forces.custom import (
     FEW,
     GEOM,
     SITE,
+    TEXT,
     TUPLE,
     element,
     elements_of,
@@ -112,6 +113,21 @@ def warn_of_motion(body, other, model):
         which, other_name = sentences.SUNKEN, _name(model, BODY, other)
     name = _name(model, BODY, body)
     messages.notice(which, body, name, sentences.OF_RUNS, other, other_name)
+
+
+@subroutine
+def warn_of_overwritten(body, model):
+    """Report a body whose `xfrc_applied` the user set, once per `magnetism` block."""
+    which = sentences.OVERWRITTEN
+    messages.notice(which, body, _name(model, BODY, body), 1 << which)
+
+
+@subroutine
+def warn_of_misnamed(text, model):
+    """Report a text that has the words of a mark, but not its name, once per `magnetism` block."""
+    if text >= 0:
+        which = sentences.NOT_A_MARK
+        messages.notice(which, text, _name(model, TEXT, text), 1 << which)
 
 
 @subroutine

@@ -1,5 +1,6 @@
 """The sentences of errors and notices."""
 
+import difflib
 from collections.abc import Callable, Iterable, Sequence
 
 import mujoco
@@ -27,11 +28,19 @@ Details = Sequence[float]
 _LONGEST = 60
 """Largest number of characters of a name in a message."""
 
-ASSUMED, NO_PASSIVE_FORCES, SLEEPING, UNRESOLVED, SUNKEN = range(LEFT_ALONE + 1, LEFT_ALONE + 6)
+ASSUMED, NO_PASSIVE_FORCES, SLEEPING, UNRESOLVED, SUNKEN, OVERWRITTEN, NOT_A_MARK = range(
+    LEFT_ALONE + 1, LEFT_ALONE + 8
+)
 """Notices, besides the reasons why nothing acts on a model."""
 
 OF_RUNS = 1 << UNRESOLVED | 1 << SUNKEN
 """Bits of the notices about the motion."""
+
+MARK_NAME, ALIKE = "magmotor", 0.85
+"""The name of the text that is a mark, and the ratio from which on another is taken for it."""
+
+ONLY_NAME = f"since only the name {MARK_NAME} makes it a mark"
+"""Why a text with the words of a mark is none."""
 
 _INERT = {
     NO_DIPOLES: (
@@ -69,6 +78,14 @@ _OF_NOTICES = {
     SUNKEN: (
         "body {} has sunk into body {} by more than a quarter of its width, so that their dipoles"
         " are too near; mm.check(model) proposes a timestep and contacts that hold"
+    ),
+    OVERWRITTEN: (
+        "the force that was set in xfrc_applied of body {} has no effect, since magnetism() sets"
+        " this row in each step; set qfrc_applied (mm.apply_perturbation does, for the viewer's"
+        " mouse), or let the plugin magmotor.forces act, which leaves xfrc_applied to you"
+    ),
+    NOT_A_MARK: (
+        "text {} does not say what acts, " + ONLY_NAME + " (MjSpec.attach adds prefixes to names)"
     ),
 }
 
@@ -272,6 +289,13 @@ def sentence_of_error(
 ) -> str:
     """Return the sentence of an error with two elements, their names, and numbers."""
     return _OF_ERRORS[error](number, _shortened(name), other, _shortened(other_name), details)
+
+
+def resembles_mark(name: str) -> bool:
+    """Whether the name of a text is nearly that of a mark, or contains it."""
+    name = name.lower()
+    near = difflib.SequenceMatcher(None, name, MARK_NAME).ratio() >= ALIKE
+    return name != "" and (near or MARK_NAME in name)
 
 
 def sentence_of_notice(

@@ -11,7 +11,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.findings import Failure, failures
-from magmotor.mjcf.describe import described
+from magmotor.mjcf.describe import described, elsewhere
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.parts import compiled
 from magmotor.mjcf.unit_system import own_units
@@ -46,6 +46,9 @@ class Check:
         Whether anything of magmotor acts on the model.
     units : tuple of str
         What the units in these sentences stand for, if the model's are not those of SI.
+    notes : tuple of str
+        Where the forces on a model without a mark do not act, which is no failure inside
+        `magnetism()`.
     """
 
     findings: tuple[str, ...]
@@ -55,11 +58,18 @@ class Check:
     settings: tuple[str, ...]
     acting: bool
     units: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def note_lines(self) -> list[str]:
+        """One line for each note."""
+        return [f"note: not acting: {note}" for note in self.notes]
 
     def __str__(self) -> str:
-        """Return one line for each finding and each setting."""
+        """Return one line for each finding, each setting and each note."""
         found = [*self.findings, *self.settings]
-        return "\n".join([*found, *self.units] if found else [SOUND if self.acting else EMPTY])
+        lines = [*found, *self.units] if found else [SOUND if self.acting else EMPTY]
+        return "\n".join([*lines, *self.note_lines])
 
 
 @checked
@@ -160,14 +170,16 @@ def examined(
             model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
         for name, row in numbers.items():
             row[:2] = constants[name], 1.0
+    description = described(model)
     return Check(
         findings=tuple(_merged(found)),
         timestep=timestep,
         solref={name: (constant, 1.0) for name, constant in constants.items()},
         integrator=integrator,
         settings=tuple(settings),
-        acting=bool(described(model).acting),
+        acting=bool(description.acting),
         units=own_units(model),
+        notes=tuple(elsewhere(description) if not description.marked else ()),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from magmotor.mjcf import memory
 from magmotor.numerics.subroutine import subroutine
 
-BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TUPLE = 1, 3, 5, 6, 19, 20, 21, 23
+BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TEXT, TUPLE = 1, 3, 5, 6, 19, 20, 21, 22, 23
 """mjOBJ_BODY and so on."""
 
 FEW, FIRST, KIND, MISNAMED, SHAPE, DELAY, PRM, REPEATED, CONTAINED, SECOND = range(10)

@@ -86,6 +86,17 @@ def marks_of(m, offsets):
 
 
 @subroutine
+def misnamed_mark(m, offsets):
+    """Return the last text whose words are those of a mark, in a model without one; -1 if none."""
+    count, first, found = m[offsets.ntext // 8], m[offsets.text_data // 8], -1
+    start = memory.integers(m[offsets.text_adr // 8], count)
+    for k in range(count):
+        if _bits_of(first + start[k]) != WRONG:
+            found = k
+    return found
+
+
+@subroutine
 def plugin_instance(m, offsets):
     """Number of the first instance of our plugin in a model; -1 if there is none."""
     return _first_instance(memory.plugin_slot(), m, offsets)

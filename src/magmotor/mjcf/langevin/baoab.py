@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from magmotor.mjcf import hooks
+from magmotor.mjcf.callbacks import note_wrenches
 from magmotor.mjcf.langevin.coefficients import step_coefficients
 from magmotor.mjcf.langevin.compiled_loop import compiled
 from magmotor.mjcf.langevin.model import langevin_model
@@ -106,6 +107,7 @@ class Baoab(Thermostat):
             following = self._advance(
                 *addresses, steps.first, steps.nstep, self._coefficients, steps.records, work
             )
+        note_wrenches(self.model, data)
         return Taken(following, steps.exchanged)
 
 

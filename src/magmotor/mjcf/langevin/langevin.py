@@ -19,6 +19,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, check_integer, check_type, elements, reject
 from magmotor.common.environment import physical_memory
 from magmotor.mjcf import hooks
+from magmotor.mjcf.callbacks import note_wrenches
 from magmotor.mjcf.langevin.baths import (
     dampers_with_temperatures,
     doubt,
@@ -511,6 +512,7 @@ class Langevin(Thermostat):
         room.exchanged[: len(steps.exchanged)] = steps.exchanged
         with hooks.errors_raised():
             done = self._advance(*self._loop_arguments(data._address, steps, room))
+        note_wrenches(self.model, data)
         for kind, count in zip(LOSSES, before, strict=True):
             if data.warning[kind].number > count:
                 raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")

@@ -83,10 +83,11 @@ def brownian_rows(model: mujoco.MjModel, kT: float) -> Array:
     >>> rows = mm.brownian_rows(spec.compile(), kT=1e-6)
     >>> for body, row in zip(spec.bodies, rows):
     ...     body.userdata = row
-    >>> found = mm.describe(spec.compile())
+    >>> found = mm.describe(spec.compile())  # doctest: +ELLIPSIS
     acting: noise, inside magmotor.magnetism()
     noise, Brownian wrenches: body 1 6, body 2 6
     temperature: kT = 1e-06 J
+    not acting: noise outside of magmotor.magnetism(), since the model has no plugin ...
     """
     kT = check_number("kT", kT, at_least=0, unit="J")
     check_numbers(model)
