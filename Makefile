@@ -108,6 +108,8 @@ corpus: .venv/dev-ready .cache/corpus/ready  ## magnets and a temperature on 366
 	@PYTHONPATH=tests $(PYTHON) -m corpus .cache/corpus $(ARGS)
 	@echo "== corpus: giving them a temperature, and checking forces, friction, energy and temperature"
 	@PYTHONPATH=tests $(PYTHON) -m corpus.acceptance .cache/corpus $(ARGS)
+	@echo "== corpus: asking pip which of the packages can be installed beside this one"
+	@PYTHONPATH=tests $(PYTHON) -m corpus.beside tests/corpus/requirements.txt
 
 promises: .venv/dev-ready .cache/corpus/ready  ## what mm.advise promises for these models, against plain steps; ARGS="--seed 1"
 	@echo "== promises: asking for advice on 40 models and judging it takes about ten minutes"
