@@ -99,6 +99,7 @@ WRONG = {
     50_001 * "#": "it is too long for a scene",
     f"[{'.'.join(24_000 * 'a')}]": "it has a key of more than five parts",
     f"{' . '.join(12_000 * ['a'])} = 1": "it has a key of more than five parts",
+    f"a = {{b = 1, {'.'.join(12_000 * 'a')} = 1}}": "it has a key of more than five parts",
 }
 
 
@@ -109,6 +110,12 @@ def test_what_is_wrong_with_a_file_is_said_in_one_sentence(tmp_path, text):
     with pytest.raises(ValueError, match=rf"^.*my\.toml: {WRONG[text]}") as caught:
         mm.read_scene(path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_comment_and_a_text_may_have_many_dots(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text('# see www.a.b.c.d.example.org\nscene = "Top"  # 1.2.3.4.5.6.7\ntilt = 0.1\n')
+    assert mm.read_scene(path) == mm.Top(tilt=0.1)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

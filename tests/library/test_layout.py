@@ -1,5 +1,9 @@
 """Struct offsets: right ones are accepted, wrong ones are named."""
 
+import re
+import tomllib
+from pathlib import Path
+
 import pytest
 
 from magmotor.mjcf import layout
@@ -7,6 +11,14 @@ from magmotor.mjcf import layout
 
 def test_offsets_of_the_running_version_are_verified():
     layout.verify(layout.current())
+
+
+def test_the_oldest_version_that_messages_name_is_the_one_required_and_tested():
+    root = Path(__file__).parents[2]
+    oldest = re.search(r"([\d.]+) to [\d.]+ are", layout.UNSUPPORTED)[1]
+    requirements = tomllib.loads((root / "pyproject.toml").read_text())["project"]["dependencies"]
+    assert f"mujoco>={oldest}" in requirements
+    assert f"mujoco=={oldest}.*" in (root / "Makefile").read_text()
 
 
 @pytest.mark.parametrize("name", layout.Layout._fields)
@@ -19,7 +31,7 @@ def test_a_field_that_moved_is_named(name):
 def test_a_field_that_is_not_declared_is_named(monkeypatch):
     monkeypatch.setattr(layout, "DATA_FIELDS", (*layout.DATA_FIELDS, "no_such_field"))
     layout.current.cache_clear()
-    with pytest.raises(layout.LayoutError, match="no_such_field"):
+    with pytest.raises(layout.LayoutError, match="does not declare no_such_field: .* 3.11 to 4.0"):
         layout.current()
     monkeypatch.undo()
     layout.current.cache_clear()

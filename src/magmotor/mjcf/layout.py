@@ -111,7 +111,7 @@ _PROBE_PSTACK = 0x5A5A40
 """Conspicuous value of `pstack` while its offset is verified."""
 
 
-UNSUPPORTED = 'this version is not supported; 3.11 to 4.0 are: pip install "mujoco>=3.11"'
+UNSUPPORTED = 'this version is not supported; 3.11 to 4.0 are: pip install "mujoco==4.0.*"'
 
 
 class LayoutError(RuntimeError):

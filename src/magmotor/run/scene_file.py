@@ -17,7 +17,8 @@ from magmotor.device.quantities import field_descriptions
 LARGEST = 50_000
 """Largest number of characters in a file of a scene."""
 
-DEEP = re.compile(r"""(?:\.\s*(?:"[^"\n]*"|'[^'\n]*'|[\w-]+)\s*){5}""")
+_PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[\w-]+)"""
+DEEP = re.compile(rf"(?:^|[\[{{,])\s*{_PART}(?:\s*\.\s*{_PART}){{5}}", re.MULTILINE)
 """A key of many tables, for which tomllib takes time in the cube of their number."""
 
 

@@ -29,9 +29,7 @@ ONE_CASE = threading.Lock()
 """Held while a process runs a case, since it redirects warnings and standard error globally."""
 
 
-OF_THE_MACHINE = {
-    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM
-}  # fmt: skip
+OF_THE_MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE, errno.ENOMEM}
 """Errors that say nothing about a case, which can succeed once the machine has room again."""
 
 
