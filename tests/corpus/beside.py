@@ -3,8 +3,8 @@
     PYTHONPATH=tests python -m corpus.beside tests/corpus/requirements.txt [--only NAME]
 
 For each package, pip searches for versions of everything that both require, without installing
-them. The program prints a table. Its exit code is 1 if one of the documentation's table
-(docs/install.md) is answered differently.
+them. The program prints a table. Its exit code is 1 if the documentation's table (docs/install.md)
+is another one.
 """
 
 import argparse
@@ -36,7 +36,7 @@ def main() -> int:
             continue
         cells = [package.replace("==", " "), *beside(package)]
         print("|", " | ".join(cells), "|", flush=True)
-        if documented.get(cells[0]) not in (None, cells[1:]):
+        if documented.get(cells[0]) != cells[1:]:
             wrong.append(cells[0])
     for name in wrong:
         print(f"WRONG: {name}: the table in {PAGE.relative_to(ROOT)} says otherwise")
