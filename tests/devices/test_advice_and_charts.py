@@ -160,7 +160,7 @@ RECOMMENDED = {
 @pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4"])
 @pytest.mark.parametrize("name", RECOMMENDED)
 def test_recommended_timesteps_are_near_those_of_the_charts(name, method, monkeypatch):
-    """For 1 %. What is measured is stricter: it is the largest error on a path, of each element, too.
+    """For 1 %. What is measured is stricter: it is the largest of all elements on a path.
 
     The charts have the rms error of one position at the end; what they call the same error is
     reached at a longer timestep.
