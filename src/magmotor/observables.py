@@ -74,7 +74,9 @@ def energy_balance(run: xr.Dataset, scene: Scene = OWN) -> xr.Dataset:
     """Compare the energy of a run with the heat of friction and the work of the noise.
 
     For the top, dE = -c |V_Q|^2 dt. For the disk and the motor the balance follows the paper's
-    remarks; the work is the Stratonovich integral along the Brownian path of the run.
+    remarks; the work is the Stratonovich integral along the Brownian path of the run. `simulate`
+    checks the residual only for the motor, whose records hold heat and work; those of the others do
+    not, and say nothing of steps that are not recorded.
 
     Parameters
     ----------

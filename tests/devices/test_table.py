@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from brief_runs import BRIEF
 
 import magmotor as mm
 from magmotor.common.optional import MissingExtra
@@ -105,7 +106,7 @@ def test_a_sweep_has_a_row_per_case_and_the_fields_as_columns():
     assert table.attrs["units"]["friction"] == "kg/s"
 
 
-@pytest.mark.filterwarnings("ignore:.*the records still contain")
+@BRIEF
 def test_samples_of_any_model_have_columns_by_coordinate_and_bath():
     run = mm.Langevin(CHAIN, kT=0.5).sample(20, replicas=2, every=5)
     table = mm.to_table(run)

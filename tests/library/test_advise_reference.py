@@ -14,7 +14,7 @@ from magmotor.advice.errors import Samples, reference
 from magmotor.advice.measure import Measurement
 from magmotor.advice.paths import INTEGRATORS, Runs
 from magmotor.advice.points import Point, time_in_turns
-from magmotor.advice.quantities import read_quantity
+from magmotor.advice.quantities import Quantity, read_quantity
 
 
 @pytest.fixture(autouse=True)
@@ -23,18 +23,21 @@ def clock(monkeypatch):
     return Clock(monkeypatch, step=2e-5)
 
 
+WHOLE = Quantity("a number", lambda _model, _data: 0.0).distances
+
+
 def samples(*values):
     return Samples(1, np.array(values, float)[:, np.newaxis])
 
 
 def test_paths_that_agree_by_accident_are_not_trusted():
     coarse, middle, fine = samples(0, 3.0), samples(0, 1.0), samples(0, 1.001)
-    found = reference({"RK4": [(0.04, coarse), (0.02, middle), (0.01, fine)]})
+    found = reference({"RK4": [(0.04, coarse), (0.02, middle), (0.01, fine)]}, WHOLE)
     assert found.doubt[-1] >= 1.0
 
 
 def test_two_paths_alone_are_trusted_half_as_much():
-    found = reference({"RK4": [(0.02, samples(0, 1.0)), (0.01, samples(0, 1.1))]})
+    found = reference({"RK4": [(0.02, samples(0, 1.0)), (0.01, samples(0, 1.1))]}, WHOLE)
     assert found.doubt[-1] == pytest.approx(0.2)
 
 
@@ -42,8 +45,8 @@ def test_integrators_must_agree():
     def chain(end):
         return [(h, samples(0, 1.0, end + 1e-4 * h)) for h in (0.04, 0.02, 0.01)]
 
-    alone = reference({"RK4": chain(2.0)})
-    both = reference({"RK4": chain(2.0), "implicitfast": chain(2.5)})
+    alone = reference({"RK4": chain(2.0)}, WHOLE)
+    both = reference({"RK4": chain(2.0), "implicitfast": chain(2.5)}, WHOLE)
     assert alone.doubt[-1] < 1e-5
     assert both.doubt[-1] == pytest.approx(0.5, rel=1e-3)
     assert both.doubt[1] < 1e-5
@@ -60,7 +63,7 @@ def test_extrapolation_gains_an_order(order):
             (h, samples(*(exact + h**order * times + h ** (order + 1) * np.cos(times) * times)))
             for h in steps
         ]
-        return reference({"RK4": chain})
+        return reference({"RK4": chain}, WHOLE)
 
     coarse, fine = found(0.01), found(0.005)
     errors = [np.abs(each.path.values[:, 0] - exact).max() for each in (coarse, fine)]

@@ -20,6 +20,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from brief_runs import BRIEF
 from test_friction import TREE
 
 import magmotor as mm
@@ -369,10 +370,6 @@ def test_heat_and_work_add_up_to_the_kinetic_energy(splitting):
     bound = 1e-9 if splitting != "o-rk4-o" else 0.2  # the rule's own error of the energy
     assert abs(change) > 0.1
     assert exchanged["kT"] + exchanged["work"] == pytest.approx(change, abs=bound)
-
-
-BRIEF = pytest.mark.filterwarnings("ignore:.*the records still contain")
-"""Of runs whose bits count, not their statistics."""
 
 
 def end(data: mujoco.MjData) -> np.ndarray:

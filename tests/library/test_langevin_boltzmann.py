@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.stats
+from brief_runs import BRIEF
 
 import magmotor as mm
 from benchmarks.accuracy.tree_models import TREES
@@ -264,10 +265,6 @@ def kinetic_energy(model, data):
 
 
 # Noise
-
-
-BRIEF = pytest.mark.filterwarnings("ignore:.*the records still contain")
-"""Of runs whose bits count, not their statistics."""
 
 
 @BRIEF

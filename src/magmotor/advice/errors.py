@@ -47,14 +47,8 @@ class Reference(NamedTuple):
     """Largest distances up to each record, shape (records, k), from a less accurate path."""
 
 
-def whole(apart: Array) -> Array:
-    """Return the sizes (records, 1) of differences (records, n)."""
-    return np.linalg.norm(apart, axis=1)[:, np.newaxis]
-
-
 def reference(
-    paths: Mapping[str, Sequence[tuple[float, Samples]]],
-    distances: Callable[[Array], Array] = whole,
+    paths: Mapping[str, Sequence[tuple[float, Samples]]], distances: Callable[[Array], Array]
 ) -> Reference:
     """Return the most trustworthy path of a quantity.
 

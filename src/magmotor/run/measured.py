@@ -26,6 +26,7 @@ class Measured(NamedTuple):
     error: float
     seconds: float
     duration: float
+    basis: str
 
 
 def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
@@ -47,7 +48,7 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
     with magnetism() if acting_forces(model) else nullcontext():
         found = survey(
             model, data, quantity=POSITIONS, duration=DURATION, error=error, budget=BUDGET,
-            among=among, tune=False, every_element=False,
+            among=among, tune=False,
         )  # fmt: skip
     if found.integrator is None:
         raise reject("error", error, f"was not reached: {found.reason}")
@@ -56,4 +57,7 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
         if (point.integrator, point.timestep) == (found.integrator, found.timestep)
     )  # fmt: skip
     method = among[found.integrator]
-    return Measured(method, best.timestep, found.promised, best.seconds, found.horizon)
+    basis = "measured on this machine"
+    if best.element:
+        basis += f"; worst over its own range: {best.element}"
+    return Measured(method, best.timestep, found.promised, best.seconds, found.horizon, basis)

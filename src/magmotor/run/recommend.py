@@ -49,7 +49,7 @@ class Recommendation:
         "s", or "1" for the disk.
     basis : str
         What error and cost rest on: charts, with where and by which MuJoCo they were measured, or a
-        measurement on this machine.
+        measurement on this machine, with the element that errs most over its own range.
     uncharted : str
         What the scene also has, and whose error is unknown: the heat between the temperatures of a
         motor. Empty if there is none.
@@ -73,11 +73,10 @@ class Recommendation:
         error = f"{100 * self.error:.2g} % over {self.duration:g}{unit or ' units of time'}"
         if self.charted:
             error = f"unknown for this scene ({error} for {self.charted})"
-        if self.uncharted:
-            error += f", that of {self.uncharted} unknown"
+        unknown = f"; the error of {self.uncharted} is unknown" if self.uncharted else ""
         return (
             f"{self.method} at a timestep of {self.timestep:g}{unit}: error of {self.quantity}"
-            f" {error}, {self.seconds:.2g} s per {each} ({self.basis})"
+            f" {error}, {self.seconds:.2g} s per {each} ({self.basis}){unknown}"
         )
 
 
@@ -139,9 +138,10 @@ def recommend(
     engine : str
         "mujoco": consider MuJoCo's methods only, unless the scene has none; "any": consider all.
     measure : bool
-        Measure the errors of all positions of this scene along a path of 20 s, by MuJoCo's
-        integrators. The quantity, the timestep and the engine must then be left out. Temperatures,
-        diffusion, `mujoco/baoab` and the methods of other engines are only in the charts.
+        Measure the errors of all positions of this scene, and of each over its own range, along a
+        path of 20 s, by MuJoCo's integrators. The quantity, the timestep and the engine must then
+        be left out. Temperatures, diffusion, `mujoco/baoab` and the methods of other engines are
+        only in the charts.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def recommend(
         found = measured(scene, error, (method,) if method else supported)
         return Recommendation(
             quantity=POSITIONS, charted="", machine="this machine", time_unit=device.time_unit,
-            basis="measured on this machine", uncharted=device.uncharted(scene), **found._asdict(),
+            uncharted=device.uncharted(scene), **found._asdict(),
         )  # fmt: skip
     device.check_charted(scene)
     considered = _methods_of("any" if method else engine, supported)

@@ -171,7 +171,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
 
     def uncharted(self, scene: Motor) -> str:
         """Return the heat between two temperatures, which the charted motor does not have."""
-        return "the heat between its temperatures" if scene.has_two_temperatures else ""
+        return "the heat that flows between its temperatures" if scene.has_two_temperatures else ""
 
     def energy_balance(self, run: xr.Dataset, scene: Motor) -> xr.Dataset:
         """Compare the energy of a run with heat and work."""

@@ -93,8 +93,8 @@ def _remedy(loss: float, rate: float, timestep: float) -> str:
     why = f"friction damps it at {rate:.2g} per s"
     if rate * timestep > 2.0:
         why += ", too strongly for the rule of part O to follow in fewer steps"
-    duration = f"{needed:.2g} steps, which are {needed * timestep:.2g} s"
-    return f"{why}: settle for {duration} and leave {100 * FORGOTTEN:g} %"
+    duration = f"{needed:.2g} steps ({needed * timestep:.2g} s)"
+    return f"{why}: settle for {duration}, which leaves {100 * FORGOTTEN:g} %"
 
 
 def _mean_left(loss: float, settle: int, nstep: int) -> float:
