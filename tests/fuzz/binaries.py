@@ -23,7 +23,7 @@ import numpy as np
 import magmotor as mm
 import magmotor_plugin
 from magmotor.mjcf import layout
-from magmotor.mjcf.forces.valid_indices import INDICES, SIZES, TEXTS
+from magmotor.mjcf.forces.valid_indices import INDICES, TEXTS
 
 LARGEST = 2**31 - 1
 
@@ -137,13 +137,10 @@ def model(plugin: bool) -> mujoco.MjModel:
 def directed() -> list[Mutation]:
     """Return -1, the largest C int and the first number out of range in all that magmotor reads."""
     sound = model(False), model(True)
-    last = {field: getattr(sound[0], field).size - 1 for field, *_ in INDICES}
+    last = {name: getattr(sound[0], name).size - 1 for name in integers(sound[0])}
+    last = {name: place for name, place in last.items() if name in layout.MODEL_FIELDS}
     wrong = [(field, k, value) for field, k in last.items() for value in (-1, LARGEST)]
     wrong += [(field, last[field], getattr(sound[0], limit)) for field, _, limit, *_ in INDICES]
-    wrong += [
-        (sizes, last[field], value) for field, sizes in SIZES.items() for value in (-1, LARGEST)
-    ]
-    wrong += [("tuple_objid", 0, value) for value in (-1, LARGEST)]
     found = [Mutation(k, k % 2 == 1, *each) for k, each in enumerate(wrong)]
     for field, count in TEXTS:
         plugin = field == "plugin_attr"
@@ -151,19 +148,23 @@ def directed() -> list[Mutation]:
     return found
 
 
+def integers(model: mujoco.MjModel) -> list[str]:
+    """Return the fields of C ints that are not empty."""
+    return [
+        name
+        for name in sorted(dir(model))
+        if isinstance(array := getattr(model, name), np.ndarray)
+        and array.dtype == np.int32
+        and array.size
+    ]
+
+
 def random(seed: int, number: int) -> Mutation:
     """Return one of all mutations; a negative element permutes the field by the seed `value`."""
     rng = np.random.default_rng([seed, number])
     plugin = bool(rng.integers(2))
     sound = model(plugin)
-    fields = [
-        name
-        for name in sorted(dir(sound))
-        if isinstance(array := getattr(sound, name), np.ndarray)
-        and array.dtype == np.int32
-        and array.size
-    ]
-    field = str(rng.choice([*fields, "header"]))
+    field = str(rng.choice([*integers(sound), "header"]))
     if field == "header":
         return Mutation(number, plugin, field, int(rng.integers(250)), int(rng.integers(-2, 40)))
     array = getattr(sound, field).ravel()

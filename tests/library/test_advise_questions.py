@@ -151,6 +151,14 @@ def test_a_model_at_rest_is_named_before_anything_is_measured(state, quantity, m
         mm.advise(*state, quantity=quantity)
 
 
+def test_an_element_is_found_by_its_name_in_latin_1(tmp_path):
+    path = tmp_path / "model.xml"
+    path.write_bytes(PENDULUM.replace('"two"', '"zw\xf6lf"').encode("latin-1"))
+    model = mujoco.MjModel.from_xml_path(str(path))
+    with pytest.raises(ValueError, match="'joint zw\xf6lf': does not change along the path"):
+        mm.advise(model, quantity="joint zw\xf6lf")
+
+
 def test_something_at_rest_beside_something_that_moves_is_named():
     model, data = settled(TOWER)
     data.qpos[-1] = 0.1

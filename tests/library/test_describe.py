@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.mjcf.lookup import number_of
 
 MARK = '<custom><text name="magmotor" data="{}"/></custom>'
 PLUGIN = '<extension><plugin plugin="magmotor.forces"><instance name="{}"/></plugin></extension>'
@@ -757,6 +758,20 @@ LATIN = """<mujoco>
   <keyframe><key name="fr\xfch"/></keyframe>
 </mujoco>"""
 """A model whose names are neither ASCII nor, in Latin-1, UTF-8."""
+
+
+OTHER_UNITS = '<numeric name="magnetic_constant" data="1.2566370614e-3"/></custom>'
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_elements_are_found_by_their_names_in_latin_1(encoding, tmp_path):
+    path = tmp_path / "model.xml"
+    text = LATIN.format(moment="1").replace("</custom>", OTHER_UNITS)
+    path.write_bytes(text.encode(encoding))
+    model = mujoco.MjModel.from_xml_path(str(path))
+    assert "mu0 = 0.00125664" in mm.describe(model).units[0]
+    found = [number_of(model, "joint", name) for name in ("T\xfcr", "Tur", "T\udcfcr")]
+    assert found == [0, -1, -1]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])

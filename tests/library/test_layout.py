@@ -23,7 +23,7 @@ def test_the_oldest_version_that_messages_name_is_the_one_required_and_tested():
 
 @pytest.mark.parametrize("name", layout.Layout._fields)
 def test_a_field_that_moved_is_named(name):
-    moved = layout.current()._replace(**{name: getattr(layout.current(), name) + 16})
+    moved = layout.current()._replace(**{name: getattr(layout.current(), name) + 24})
     with pytest.raises(layout.LayoutError, match=rf"does not keep .*\b{name}\b"):
         layout.verify(moved)
 

@@ -132,6 +132,26 @@ def test_a_sensor_that_is_not_at_a_site_is_an_error():
         measured(kind="geom", where="ball")
 
 
+@pytest.mark.parametrize("steps", [0, 1], ids=["at time 0", "later"])
+@pytest.mark.parametrize("field", ["sensor_adr", "sensor_objid"])
+@pytest.mark.parametrize("value", [-1, 10**8, 0])
+def test_an_index_of_a_sensor_that_leads_out_of_the_model(field, value, steps):
+    """Its last place is 4 of 7 data, and its last site 2 of 3."""
+    model, data = measured()
+    mujoco.mj_step(model, data, nstep=steps)
+    outside = {"sensor_adr": model.nsensordata - 2, "sensor_objid": model.nsite}
+    getattr(model, field)[2] = value or outside[field]
+    with pytest.raises(mujoco.FatalError, match=rf"{field}\[2\].*(must be|within)"):
+        mujoco.mj_step(model, data)
+
+
+def test_a_sensor_moved_from_its_site_is_an_error():
+    model, data = measured()
+    model.sensor_objtype[1] = mujoco.mjtObj.mjOBJ_BODY
+    with pytest.raises(mujoco.FatalError, match="magnetometer 1 'first': its objtype"):
+        mujoco.mj_step(model, data)
+
+
 def test_a_model_without_dipoles_measures_nothing():
     text = """
     <mujoco>

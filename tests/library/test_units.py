@@ -316,7 +316,17 @@ def test_what_is_said_of_other_units_is_not_said_of_those_of_si(capsys):
     assert len(found.huge) == str(found).count("magnetic_constant") == 2
     model.site_user[:] = 1e5
     (sentence,) = mm.describe(model).units
-    assert re.search("bead has the moment of 7.1e.02 kg.*of 18 kg.*magnetic_constant", sentence)
+    assert re.search(
+        "body 'bead' has the moment of 7.1e.02 kg.*of 18 kg.*magnetic_constant", sentence
+    )
+    nameless = mujoco.MjModel.from_xml_string(
+        BEADS.format(size="")
+        .replace('name="bead"', "")
+        .replace("1.2566370614359173e-3", "1.2566e-6")
+    )
+    nameless.site_user[:] = 1e5
+    (sentence,) = mm.describe(nameless).units
+    assert sentence.startswith("body 1 has the moment")
 
 
 @pytest.mark.parametrize(("density", "words"), [(7.5e-3, "lighter than air"), (7.5e6, "osmium")])

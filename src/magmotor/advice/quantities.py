@@ -11,7 +11,7 @@ from magmotor.advice.paths import RECORD, OutOfTime
 from magmotor.common.arrays import Array, Integers
 from magmotor.common.checks import check_choice, reject
 from magmotor.mjcf.field_and_energy import magnetic_energy
-from magmotor.mjcf.lookup import given_name, label
+from magmotor.mjcf.lookup import given_name, label, number_of
 
 Function = Callable[[mujoco.MjModel, mujoco.MjData], object]
 
@@ -29,12 +29,12 @@ ONE_WAY = 0.95
 STILL = 1e-3
 """Elements that move by less than this part of what moves most are at rest beside it."""
 
-_VALUES: dict[str, Callable[[mujoco.MjData, str], object]] = {
-    "body": lambda data, name: data.body(name).xipos,
-    "site": lambda data, name: data.site(name).xpos,
-    "joint": lambda data, name: data.joint(name).qpos,
-    "tendon": lambda data, name: data.tendon(name).length,
-    "sensor": lambda data, name: data.sensor(name).data,
+_VALUES: dict[str, Callable[[mujoco.MjData, int], object]] = {
+    "body": lambda data, number: data.body(number).xipos,
+    "site": lambda data, number: data.site(number).xpos,
+    "joint": lambda data, number: data.joint(number).qpos,
+    "tendon": lambda data, number: data.tendon(number).length,
+    "sensor": lambda data, number: data.sensor(number).data,
 }
 """Quantities of one element, which a quantity names by its kind and name."""
 
@@ -156,11 +156,11 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
         if not names:
             raise reject("quantity", quantity, f"the model has no {kind} with a name")
         check_choice(f"{kind} of the quantity", name, names)
-        value = _VALUES[kind]
+        value, number = _VALUES[kind], number_of(model, kind, name)
         least = 0.0 if kind == "sensor" else size
         if kind == "joint":
-            least = REST * float(_units(model)[model.joint(name).qposadr[0]])
-        found = Quantity(quantity, lambda _, data: value(data, name), least=least)
+            least = REST * float(_units(model)[model.jnt_qposadr[number]])
+        found = Quantity(quantity, lambda _, data: value(data, number), least=least)
     count = _check(found, model, data)
     if found.size is not None or count == 1:
         return found

@@ -38,7 +38,7 @@ from magmotor.mjcf.forces.dipole_sites import (
     count_dipoles,
     why_inert,
 )
-from magmotor.mjcf.forces.magnetometers import read_magnetometers, sensor_without_site
+from magmotor.mjcf.forces.magnetometers import misplaced_sensor, read_magnetometers
 from magmotor.mjcf.forces.marks import (
     COILS,
     FIELDS,
@@ -73,7 +73,7 @@ DISABLE_SPRING, DISABLE_DAMPER, ENABLE_SLEEP = 1 << 5, 1 << 6, 1 << 4
 BAD_POSITION = 3
 """mjWARN_BADQPOS."""
 
-WEIGHTS = tuple(0x9E3779B97F4A7C15 * k % 2**62 | 1 for k in range(1, 7))
+WEIGHTS = tuple(int(memory.MULTIPLIER) * k % 2**62 | 1 for k in range(1, 7))
 """Odd numbers by which the words of a wrench enter its checksum."""
 
 _word, _int = types.int64, types.int32
@@ -375,7 +375,7 @@ def _check_magnetometers(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         place = memory.triple_on_stack()
         error = memory.words(place, 3)
-        error[0], error[1] = errors.NO_SITE, sensor_without_site(m, offsets, instance)
+        error[0], error[1] = errors.NO_SITE, misplaced_sensor(m, offsets, instance)
         if not is_readable(model):
             first_error(model, UNREADABLE, False, place)
         elif error[1] < 0:
@@ -395,10 +395,15 @@ def _measure(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         kinds = current_forces_of(m, d, offsets)
+        misplaced = misplaced_sensor(m, offsets, instance)
+        if misplaced >= 0 and not is_readable(model):  # changed after time 0
+            kinds = UNREADABLE
         place = memory.triple_on_stack()
         first_error(model, kinds, False, place)
         error = memory.words(place, 3)
-        if error[0] < 0:
+        if error[0] < 0 and misplaced >= 0:
+            error[0], error[1] = errors.NO_SITE, misplaced
+        elif error[0] < 0:
             error[0], error[1], error[2] = read_magnetometers(m, d, offsets, kinds, instance)
         report(error, model, data)
 

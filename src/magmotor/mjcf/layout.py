@@ -26,7 +26,7 @@ MODEL_FIELDS = (
     "ngeom", "geom_type", "geom_bodyid", "geom_size", "nnumeric", "numeric_adr", "numeric_size",
     "numeric_data", "actuator_actnum", "actuator_actadr", "actuator_ctrladr", "actuator_ctrlnum",
     "actuator_ctrllimited", "actuator_ctrlrange", "actuator_delay", "nsensor",
-    "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_objid",
+    "sensor_objtype", "sensor_plugin", "sensor_adr", "sensor_dim", "sensor_objid", "nsensordata",
     "name_numericadr", "body_invweight0", "body_geomnum", "body_geomadr",
     "body_rootid", "geom_rbound", "body_mass", "body_inertia", "geom_aabb",
     "nu", "na", "nnames", "nnumericdata", "ntextdata", "ntupledata", "npluginattr",

@@ -1,6 +1,7 @@
 """Names of the elements of a compiled model, its disabled features, and a checksum of them."""
 
 import zlib
+from contextlib import suppress
 from typing import Any
 
 import mujoco
@@ -45,10 +46,12 @@ def decoded(characters: bytes) -> str:
 
 def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:
     """Return the number of a named element; -1 if there is none."""
-    try:
-        return mujoco.mj_name2id(model, _object_type(kind), name)
-    except TypeError:  # UTF-8 cannot encode the name
-        return -1
+    for encoding in ("utf-8", "latin-1"):
+        with suppress(UnicodeEncodeError):
+            characters: Any = name.encode(encoding)
+            if (number := mujoco.mj_name2id(model, _object_type(kind), characters)) >= 0:
+                return number
+    return -1
 
 
 def foreign_plugins(model: mujoco.MjModel) -> int:

@@ -7,8 +7,10 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.declared import coil_sites, name_of
+from magmotor.mjcf.declared import coil_sites
 from magmotor.mjcf.forces.iron import BOX, SPHERE, ellipsoid
+from magmotor.mjcf.forces.units import NAME, scale_of
+from magmotor.mjcf.lookup import label, number_of
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 ROUNDED = 1e-3
@@ -20,7 +22,7 @@ OF_NEODYMIUM = 140.0
 STRONGEST = 20.0
 """Moment of a magnet over that of neodymium with its mass from which one of them is not in SI."""
 
-OTHERS = "(other units need a numeric magnetic_constant)"
+OTHERS = f"(other units need a numeric {NAME})"
 
 AIR, OSMIUM = 1.0, 1e6
 """Densities in kg/m^3 of a little less than air, and of many times osmium."""
@@ -28,10 +30,8 @@ AIR, OSMIUM = 1.0, 1e6
 
 def magnetic_constant(model: mujoco.MjModel) -> float:
     """Return mu0 in the units of a model: its numeric `magnetic_constant`, or that of SI."""
-    for k in range(model.nnumeric):
-        if model.numeric(k).name == "magnetic_constant":
-            return float(model.numeric_data[model.numeric_adr[k]])
-    return VACUUM_PERMEABILITY
+    k = number_of(model, "numeric", NAME)
+    return float(model.numeric_data[model.numeric_adr[k]]) if k >= 0 else VACUUM_PERMEABILITY
 
 
 def is_si(model: mujoco.MjModel) -> bool:
@@ -41,7 +41,7 @@ def is_si(model: mujoco.MjModel) -> bool:
 
 def moment_scale(model: mujoco.MjModel) -> float:
     """Return the factor of moments that makes mu0 that of SI; see `magmotor.mjcf.forces.units`."""
-    return math.sqrt(magnetic_constant(model) / VACUUM_PERMEABILITY)
+    return scale_of(magnetic_constant(model))
 
 
 def own_units(model: mujoco.MjModel) -> tuple[str, ...]:
@@ -69,7 +69,7 @@ def doubts(model: mujoco.MjModel, moments: Array, magnetic: set[int]) -> Iterato
     if len(strong):
         body = int(strong[np.argmax(carried[strong] / mass[strong])])
         yield (
-            f"body {name_of(model, 'body', body)} has the moment of {carried[body]:.2g} kg of"
+            f"{label(model, 'body', body)} has the moment of {carried[body]:.2g} kg of"
             f" neodymium magnets, and a mass of {mass[body]:.2g} kg: are these numbers in A m^2"
             f" and kg? {OTHERS}"
         )
@@ -83,7 +83,7 @@ def doubts(model: mujoco.MjModel, moments: Array, magnetic: set[int]) -> Iterato
     ):
         if wrong:
             yield (
-                f"all bodies are {what}, such as body {name_of(model, 'body', int(moving[k]))} with"
+                f"all bodies are {what}, such as {label(model, 'body', moving[k])} with"
                 f" {density[k]:.2g} kg/m^3: are lengths in m, and masses in kg? {OTHERS}"
             )
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.environment import gl_setting
+from magmotor.mjcf.lookup import number_of
 from magmotor.render.region import Region
 from magmotor.render.trail import Trail
 
@@ -38,7 +39,7 @@ class Camera:
     """
 
     def __init__(self, model: mujoco.MjModel, name: str, height: int, width: int):
-        self.model, self.number = model, model.camera(name).id
+        self.model, self.number = model, number_of(model, "camera", name)
         self.camera = mujoco.MjvCamera()
         self.camera.type, self.camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self.number
         self.whole = Region(0, 0, width, height)

@@ -5,6 +5,8 @@
 
 import math
 
+import numpy as np
+
 from magmotor.mjcf import memory
 from magmotor.mjcf.errors import UNMEASURED
 from magmotor.mjcf.forces.custom import SITE
@@ -13,13 +15,18 @@ from magmotor.numerics.subroutine import subroutine
 
 
 @subroutine
-def sensor_without_site(m, offsets, instance):
-    """Return the first sensor of an instance of the plugin that is not at a site, or -1."""
+def misplaced_sensor(m, offsets, instance):
+    """Return the first sensor of an instance that is not at a site or has no data, or -1."""
     count = m[offsets.nsensor // 8]
     owner = memory.integers(m[offsets.sensor_plugin // 8], count)
     kind = memory.integers(m[offsets.sensor_objtype // 8], count)
+    site_of = memory.integers(m[offsets.sensor_objid // 8], count)
+    place = memory.integers(m[offsets.sensor_adr // 8], count)
     for sensor in range(count):
-        if owner[sensor] == instance and kind[sensor] != SITE:
+        is_placed = kind[sensor] == SITE and site_of[sensor] < m[offsets.nsite // 8]
+        if owner[sensor] == instance and not (
+            is_placed and np.int64(place[sensor]) + 3 <= m[offsets.nsensordata // 8]
+        ):
             return sensor
     return -1
 

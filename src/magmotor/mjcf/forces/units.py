@@ -14,20 +14,31 @@ from magmotor.mjcf.forces.custom import numbers_of, numeric_named
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.subroutine import subroutine
 
-NAME = (*b"magnetic_constant", 0)
+NAME = "magnetic_constant"
+"""Name of the numeric that declares mu0."""
+
+_CHARACTERS = (*NAME.encode(), 0)
+
+
+def scale_of(constant: float) -> float:
+    """Return the factor of moments that makes mu0 that of SI."""
+    return math.sqrt(constant / VACUUM_PERMEABILITY)
+
+
+_scale_of = subroutine(scale_of)
 
 
 @subroutine
 def moment_scale(m, offsets):
-    """Return the factor of moments: 1 without a `<numeric name="magnetic_constant">`."""
-    k = numeric_named(NAME, m, offsets)
-    return math.sqrt(numbers_of(k, m, offsets)[0] / VACUUM_PERMEABILITY) if k >= 0 else 1.0
+    """Return the factor of moments: 1 without a magnetic constant."""
+    k = numeric_named(_CHARACTERS, m, offsets)
+    return _scale_of(numbers_of(k, m, offsets)[0]) if k >= 0 else 1.0
 
 
 @subroutine
 def invalid_constant(m, offsets):
     """Return the number of that numeric if it is not one positive finite number, or -1."""
-    k = numeric_named(NAME, m, offsets)
+    k = numeric_named(_CHARACTERS, m, offsets)
     if k < 0:
         return -1
     numbers = numbers_of(k, m, offsets)

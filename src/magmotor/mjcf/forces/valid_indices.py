@@ -45,6 +45,7 @@ INDICES = (
     ("actuator_actadr", "nactuator", "na", "actuator_actnum", ANY),
     ("name_actuatoradr", "nactuator", "nnames", "", ANY),
     ("name_sensoradr", "nsensor", "nnames", "", ANY),
+    ("sensor_adr", "nsensor", "nsensordata", "sensor_dim", ANY),
 )
 """Indices, how many there are, into how many elements, and, of a range, the sizes; and the order.
 
@@ -64,15 +65,19 @@ OBJECTS = {
     NUMERIC: "nnumeric",
     TUPLE: "ntuple",
 }
-"""The number of elements of each type that a tuple may name."""
+"""The number of elements of each type that a tuple or a sensor may name."""
 
-FIELDS = (*(row[0] for row in INDICES), "tuple_objid", *(row[0] for row in TEXTS))
+NAMED = (
+    ("tuple_objid", "ntupledata", "tuple_objtype"),
+    ("sensor_objid", "nsensor", "sensor_objtype"),
+)
+"""Numbers of elements, how many there are, and their types."""
+
+FIELDS = tuple(row[0] for row in (*INDICES, *NAMED, *TEXTS))
 """The fields, of which `invalid_index` returns the number."""
 
 SIZES = {row[0]: row[3] for row in INDICES if row[3]}
 """The sizes of the ranges that begin at an index."""
-
-_TUPLES = len(INDICES)
 
 _word = types.int64
 _FIND = types.int64(_word, _word)
@@ -134,7 +139,7 @@ def _invalid_index(checksum: int, offsets: layout.Layout):
     objects = np.full(max(OBJECTS) + 1, -1)
     for kind, count in OBJECTS.items():
         objects[kind] = word(count)
-    tuples = np.array([word(name) for name in ("tuple_objid", "ntupledata", "tuple_objtype")])
+    named = np.array([[*map(word, row)] for row in NAMED])
 
     def invalid_index(model, place):
         _ = checksum
@@ -143,13 +148,15 @@ def _invalid_index(checksum: int, offsets: layout.Layout):
             array, count, limit, sizes, order = indices[k]
             if _find(m[array], m[count], m[limit], m[sizes] if sizes >= 0 else 0, order, found):
                 return k
-        if _find_object(m[tuples[0]], m[tuples[1]], m[tuples[2]], objects, m, found):
-            return _TUPLES
+        for k in range(len(named)):
+            array, count, types_of = named[k]
+            if _find_object(m[array], m[count], m[types_of], objects, m, found):
+                return len(indices) + k
         for k in range(len(texts)):
             length = m[texts[k, 1]]
             if length > 0 and memory.bytes_at(m[texts[k, 0]], length)[length - 1] != 0:
                 found[0] = length - 1
-                return _TUPLES + 1 + k
+                return len(indices) + len(named) + k
         return -1
 
     return invalid_index
@@ -176,7 +183,7 @@ def _find(array, count, limit, sizes, order, found):
 
 @subroutine
 def _find_object(array, count, types_of, objects, m, found):
-    """Whether an element of a tuple does not exist; write the first such one."""
+    """Whether an element that is named does not exist; write the first such one."""
     index, kind = memory.integers(array, count), memory.integers(types_of, count)
     for i in range(count):
         which = objects[kind[i]] if kind[i] < len(objects) else -1
