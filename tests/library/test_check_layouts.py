@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 from only_meeting import meeting
+from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor import dipoles
@@ -177,6 +178,26 @@ def test_no_pose_in_which_faces_touch_has_a_stronger_force():
         largest.append(found / approach.pull)
     assert max(largest) < 1 + 1e-10  # 4e-12
     assert min(largest) > 1 - 1e-10  # one of the poses
+
+
+@pytest.mark.parametrize("number", [2, 5])
+def test_the_force_of_free_dipoles_is_about_what_is_said(number):
+    """Balls with dipoles in random directions, in 3000 random pairs of orientations."""
+    generator = np.random.default_rng(number)
+    points, moments = generator.normal(size=(2, number, 3)) * [[[1.5e-3]], [[1e-2]]]
+    ball = '<geom size="0.005"/>' + "".join(
+        f'<site pos="{x} {y} {z}" zaxis="{a} {b} {c}" user="{np.linalg.norm([a, b, c])}"/>'
+        for (x, y, z), (a, b, c) in zip(points.tolist(), moments.tolist(), strict=True)
+    )
+    model, largest = load(ball), 0.0
+    turns = Rotation.random(6000, rng=generator).as_matrix()
+    for one, other in turns.reshape(-1, 2, 3, 3):
+        force, _ = dipoles.wrench(
+            points @ one + [0, 0, 0.01], moments @ one, points @ other, moments @ other
+        )
+        largest = max(largest, -force.sum(axis=0)[2])
+    print("RATIO", number, largest / meeting(model)[1].approach.pull)
+    assert "attract each other with up to about" in str(mm.check(model))
 
 
 def test_layouts_above_a_plane_of_iron():
