@@ -62,7 +62,7 @@ def test_a_spin_is_judged_with_each_integrator(integrator):
 @pytest.mark.parametrize("step", [1e-5, 2e-6])
 def test_a_shorter_timestep_is_proposed_however_short_that_of_the_model_is(step):
     model = load(step=step)
-    found = mm.check(model, spinning(model, (0, 0, 0.06 / step)))
+    found = mm.check(model, spinning(model, (0, 0, 0.12 / step)))
     assert "or a timestep of at most" in found.findings[0]
     assert "a shorter timestep" not in found.findings[0]
 

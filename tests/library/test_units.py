@@ -297,9 +297,9 @@ def test_check_finds_the_same_in_all_units(u, capsys):
     assert len(expected.findings) >= 5
     assert any("spins with 100 rad/s" in finding for finding in expected.findings)
     assert without_numbers(found.findings) == without_numbers(expected.findings)
-    assert found.timestep * u.time == pytest.approx(expected.timestep, rel=1e-9)  # 1e-16
+    assert found.timestep * u.time == pytest.approx(expected.timestep, rel=3e-15)  # 1e-16
     for name, (constant, _) in expected.solref.items():
-        assert found.solref[name][0] * u.time == pytest.approx(constant, rel=1e-9)  # 1e-16
+        assert found.solref[name][0] * u.time == pytest.approx(constant, rel=3e-15)  # 1e-16
     assert found.solref.keys() == expected.solref.keys()
     assert expected.units == ()
     assert "stand for" in found.units[0]
