@@ -268,7 +268,9 @@ MAGNETS = """
     <body name="needle" pos="0 {minus} 0"><joint axis="1 0 0" type="hinge"/>
       <geom type="capsule" size="{half} {radius}" mass="{mass}"/><site user="{moment}"/></body>
   </worldbody>
-  <keyframe><key name="spin" qvel="0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 {spin} 0 0 0 0 0 0 0"/></keyframe>
+  <keyframe>
+    <key name="spin" qvel="0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 {spin} 0 0 0 0 0 0 0"/>
+  </keyframe>
 </mujoco>
 """
 
