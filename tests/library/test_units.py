@@ -268,6 +268,9 @@ MAGNETS = """
     <body name="needle" pos="0 {minus} 0"><joint axis="1 0 0" type="hinge"/>
       <geom type="capsule" size="{half} {radius}" mass="{mass}"/><site user="{moment}"/></body>
   </worldbody>
+  <keyframe>
+    <key name="spin" qvel="0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 {spin} 0 0 0 0 0 0 0"/>
+  </keyframe>
 </mujoco>
 """
 
@@ -279,6 +282,7 @@ def checked(u, capsys, field=2.0, constant=True, step=2e-3):
         width=1e-3 / u.length, constant=declared, field=field / u.flux,
         saturation=1.7e6 * u.length / u.current, radius=5e-3 / u.length, apart=0.05 / u.length,
         minus=-0.05 / u.length, half=2e-3 / u.length, moment=0.3 / u.moment, mass=1e-6 / u.mass,
+        spin=100 * u.time,
     )))  # fmt: skip
     assert capsys.readouterr().out == f"{found}\n"
     return found
@@ -292,11 +296,12 @@ def without_numbers(findings):
 def test_check_finds_the_same_in_all_units(u, capsys):
     """Units of time are powers of ten, so that rounded settings differ by the unit only."""
     expected, found = checked(SI, capsys), checked(u, capsys)
-    assert len(expected.findings) >= 4
+    assert len(expected.findings) >= 5
+    assert any("spins with 100 rad/s" in finding for finding in expected.findings)
     assert without_numbers(found.findings) == without_numbers(expected.findings)
-    assert found.timestep * u.time == pytest.approx(expected.timestep, rel=1e-9)  # 1e-16
+    assert found.timestep * u.time == pytest.approx(expected.timestep, rel=3e-15)  # 1e-16
     for name, (constant, _) in expected.solref.items():
-        assert found.solref[name][0] * u.time == pytest.approx(constant, rel=1e-9)  # 1e-16
+        assert found.solref[name][0] * u.time == pytest.approx(constant, rel=3e-15)  # 1e-16
     assert found.solref.keys() == expected.solref.keys()
     assert expected.units == ()
     assert "stand for" in found.units[0]

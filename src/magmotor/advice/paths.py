@@ -15,12 +15,7 @@ from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.forces.brownian_wrenches import FACTOR, LEVEL, PATH_NUMBERS
 from magmotor.mjcf.forces.marks import NOISE
-
-INTEGRATORS = {
-    {"EULER": "Euler", "RK4": "RK4"}.get(name := member.removeprefix("mjINT_"), name.lower()): kind
-    for member, kind in mujoco.mjtIntegrator.__members__.items()
-}
-"""The integrators of this version of MuJoCo, by their names in MJCF."""
+from magmotor.mjcf.lookup import INTEGRATORS
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What a path starts from."""

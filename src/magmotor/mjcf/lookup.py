@@ -9,6 +9,12 @@ import numpy as np
 
 import magmotor_plugin
 
+INTEGRATORS = {
+    {"EULER": "Euler", "RK4": "RK4"}.get(name := member.removeprefix("mjINT_"), name.lower()): kind
+    for member, kind in mujoco.mjtIntegrator.__members__.items()
+}
+"""The integrators of this version of MuJoCo, by their names in MJCF."""
+
 
 def disabled(model: mujoco.MjModel, flag: str) -> bool:
     """Whether a feature is disabled, by its own flag or by the flag for all constraints."""

@@ -148,6 +148,7 @@ def examined(
     acting_forces(model)  # an invalid model would crash MuJoCo's functions
     with np.errstate(all="ignore"):
         found = [*failures(model, _state(model, data))]
+        description = described(model)
     numbers = {name: row for failure in found for name, row in failure.owners}
     constants = dict.fromkeys(numbers, math.inf)
     for failure in found:
@@ -170,7 +171,6 @@ def examined(
             model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
         for name, row in numbers.items():
             row[:2] = constants[name], 1.0
-    description = described(model)
     return Check(
         findings=tuple(_merged(found)),
         timestep=timestep,

@@ -61,7 +61,7 @@ class Meeting(NamedTuple):
     soft_limit: int
     """A joint whose limit is too soft to keep them apart, or -1."""
     exact: bool
-    """Whether they reach the force of the approach; for others, it is a bound."""
+    """Whether they reach the force of the approach."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -247,7 +247,7 @@ def _is_exact(
 ) -> bool:
     """Return whether two magnets reach the force at touch: balls of one dipole each that can turn.
 
-    Others attract each other less, or are held by more contacts.
+    Others may not reach it, have a somewhat larger one in other poses, or more contacts.
     """
     for magnet, own in zip(magnets, geoms, strict=True):
         joint = model.body_jntadr[magnet.body]

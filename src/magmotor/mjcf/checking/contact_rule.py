@@ -57,7 +57,7 @@ class Approach(NamedTuple):
     contacts: float = 1.0
     """Number of equal contacts that share the force."""
     pull: float = math.nan
-    """The model's largest force, in N."""
+    """The model's largest force in the poses examined, in N."""
 
     @property
     def time(self) -> float:

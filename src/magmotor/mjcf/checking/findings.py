@@ -35,6 +35,7 @@ from magmotor.mjcf.describe import SKIPPED, Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.langevin.temperature import MATCH
 from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.unit_system import is_si
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 UNSTABLE, RESOLVED = 2.0, 0.5
@@ -59,10 +60,10 @@ ROW = 4
 NEAR = 0.5
 """Gap of two pieces of iron, over the smaller radius, from which one dipole describes each."""
 
-FAR, FAINT, SLOW = 1000.0, 1e-7, 1e-2
+FAR, FAINT, SLOW = 1000.0, 1e-7, 2e-5
 """Distance of the nearest magnet over the size of one, from which positions are in other units than
-sizes; polarization in T, from which sizes are in other units than moments; and the frequency in
-rad/s below which this is said."""
+sizes; polarization in T, from which sizes are in other units than moments; and the product of
+frequency and timestep below which this is said."""
 
 BENT = 0.3
 """Largest part of the force on a slender piece of weak iron in an applied field that may err."""
@@ -110,7 +111,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
         if pair.wide >= 0:
             yield Failure(
                 label(model, "geom", pair.wide),
-                "of iron reaches farther from its center than a dipole can come to that, so that"
+                "of iron reaches farther from its center than the nearest dipole can be, so that"
                 " one dipole does not describe it, and the force is wrong there, often many times"
                 " too strong or too weak; for a wide surface that is fixed to the world, take a"
                 " plane of iron",
@@ -214,12 +215,18 @@ def _iron_that_touches(
     margins = np.array([contact_margin(model, *row) for row in rows.tolist()])
     rows = rows[margins < NEAR * model.geom_rbound[rows[:, :2]].min(axis=1)]
     if len(rows):
+        spheres = (model.geom_type[rows[0, :2]] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
+        of_spheres = (
+            ": at 2.1 radii, the true force of two equal spheres is 2.8 times as strong along the"
+            " field, and 0.75 times across it; with a margin of a quarter of the radius for each,"
+            " 1.25 and 0.89 times"
+            if spheres
+            else ""
+        )
         yield Failure(
             " and ".join(label(model, "geom", geom) for geom in rows[0, :2]),
-            "are pieces of iron that can touch, where one dipole each does not describe them: at a"
-            " distance of 2.1 radii, the true force of two spheres is 2.8 times as strong along the"
-            " field, and 0.75 times across it; a margin of a quarter of the radius, for each geom,"
-            " keeps them where it is 1.25 and 0.89 times as strong",
+            "are pieces of iron that can touch, where one dipole each does not describe them; a"
+            f" margin keeps them apart{of_spheres}",
             len(rows),
         )
 
@@ -228,10 +235,15 @@ def _far_magnets(
     model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, found: Description
 ) -> Iterator[Failure]:
     """Yield at most one failure: that lengths seem to be in other units than meters."""
-    if "dipoles" not in found.acting or {*found.acting} & {"fields", "iron", "coils"}:
+    if (
+        not is_si(model)
+        or "dipoles" not in found.acting
+        or {*found.acting} & {"fields", "iron", "coils"}
+    ):
         return
     magnets = [magnet for magnet in magnets_of(model, state) if magnet.strengths.any()]
-    moving = [magnet for magnet in magnets if 0 < now.get(magnet.body, 0) < SLOW]
+    slow = SLOW / float(model.opt.timestep)
+    moving = [magnet for magnet in magnets if 0 < now.get(magnet.body, 0) < slow]
     if len(moving) < len(now) or not moving:
         return
     magnet = max(moving, key=lambda each: now[each.body])
@@ -243,7 +255,7 @@ def _far_magnets(
     if size and (nearest > FAR * size or polarization < FAINT):
         yield Failure(
             label(model, "body", magnet.body),
-            "hardly feels any other magnet: they swing it with at most"
+            "hardly feels the other magnets: in their field, it swings or turns at no more than"
             f" {now[magnet.body]:.2g} rad/s, since the nearest one is {nearest:.3g} m away and it"
             f" has {magnet.strengths.max():.3g} A m^2 and a radius of {size:.3g} m; are all lengths"
             " in meters?",
@@ -308,13 +320,14 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
         long = 0 < contacts[k].solref[0] < shortest
         lengthened = f" (as the timestep of {step:g} s makes it)" if long else ""
         half = _rounded_down(constant / SHORTEST)
+        bound = "at most" if pair.exact else "up to about"
         if half < ABSURD * step:
             yield _exposure(model, pair)
             return
         yield Failure(
             _names(model, pair),
             f"{_outcome(pair, approach, contacts[k], given[k], step, shortest)}: where they touch,"
-            f" they attract each other with at most {approach.pull:.3g} N{_assumed(model, pair)};"
+            f" they attract each other with {bound} {approach.pull:.3g} N{_assumed(model, pair)};"
             f" the time constant of their contact should be at most {constant:g} s, not"
             f" {given[k]:.3g} s{lengthened}"
             + (f", and the timestep at most {half:g} s" if step > half else ""),
@@ -390,8 +403,8 @@ def _fast_magnets(
         if frequency == math.inf:
             yield Failure(
                 name,
-                f"would turn or swing{where} faster than numbers can be, since a moment, a field, a"
-                " coil or a factor is too large",
+                f"would turn or swing{where} so fast that its frequency overflows, since a moment,"
+                " a field, a coil or a factor is too large",
                 number,
             )
         elif frequency * step > UNSTABLE:
@@ -415,12 +428,13 @@ def _unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
     if not spin:
         return
     step, shorter = float(model.opt.timestep), _rounded_down(spin.timestep)
+    least = ABSURD * step
     with_rk4 = step if spin.of_rk4 == step else _rounded_down(spin.of_rk4)
-    remedies = [f"a timestep of at most {shorter:g} s"] if shorter > ABSURD else []
-    if with_rk4 > ABSURD and spin.integrator != "RK4":
+    remedies = [f"a timestep of at most {shorter:g} s"] if shorter > least else []
+    if with_rk4 > least and spin.integrator != "RK4":
         also = f" and a timestep of at most {with_rk4:g} s" if with_rk4 < step else ""
         remedies.insert(0, f"the integrator RK4{also}")
-    cheaper = spin.integrator != "RK4" and with_rk4 > max(ABSURD, STAGES * shorter)
+    cheaper = spin.integrator != "RK4" and with_rk4 > max(least, STAGES * shorter)
     timestep = with_rk4 if cheaper else shorter
     change, why = "grows", "is explicit in gyroscopic forces"
     if spin.rate < 0:
@@ -431,7 +445,7 @@ def _unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
         f" within {1 / abs(spin.rate):.2g} s, since the integrator {spin.integrator} {why}; take"
         f" {' or '.join(remedies) or 'a shorter timestep'}",
         spin.number,
-        timestep if timestep > ABSURD else math.inf,
+        timestep if timestep > least else math.inf,
         integrator="RK4" if cheaper else "",
     )
 

@@ -4,7 +4,8 @@ Linearized about its velocities, a tree of bodies has the accelerations A dv, wh
 is MuJoCo's derivative of gyroscopic forces and damping. In one step, an integrator multiplies dv by
 1 + R D, where R is how it turns forces into velocities: h M^-1 for Euler's method without damping.
 So a wobble, which is an eigenvalue i nu of A, is multiplied by 1 + i nu h, and grows at the rate
-nu^2 h/2. Implicit methods damp it at the same rate. See docs/bodies_that_spin.md.
+nu^2 h/2. Implicit methods damp it at the same rate. Without constraints, the integrator discrete is
+implicitfast. See docs/bodies_that_spin.md.
 """
 
 import copy
@@ -17,16 +18,17 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.driven_spins import driven_velocities
+from magmotor.mjcf.lookup import INTEGRATORS, given_name
 
-RK4, EULER, IMPLICIT = (
-    int(getattr(mujoco.mjtIntegrator, f"mjINT_{name}")) for name in ("RK4", "EULER", "IMPLICIT")
+EULER, RK4, IMPLICIT, IMPLICITFAST = (
+    int(INTEGRATORS[name]) for name in ("Euler", "RK4", "implicit", "implicitfast")
 )
-NAMES = {EULER: "Euler", RK4: "RK4", IMPLICIT: "implicit", IMPLICIT + 1: "implicitfast"}
+NAMES = {int(kind): name for name, kind in INTEGRATORS.items()}
 RIGID = {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3}
 """Degrees of freedom of trees that are one rigid body."""
 
-LONG = 10.0
-"""Time of interest in s: growth by e that takes longer is no finding."""
+LONG = 10_000
+"""Timesteps of interest: growth by e that takes longer is no finding, in any unit of time."""
 
 TUMBLING = 0.1
 """Growth of a body that tumbles, over that of a wobble as fast as its spin departs.
@@ -91,6 +93,7 @@ def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
     if not moving:
         return None
     probe, step, worst = copy.copy(model), float(model.opt.timestep), None
+    long = LONG * step
     probe.opt.enableflags = 0
     probe.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     data = mujoco.MjData(probe)
@@ -98,20 +101,21 @@ def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
         data.qpos[:], data.qvel[:] = qpos, qvel
         trees = _trees(probe, data, step)
         trees = [tree for tree in trees if tree.turns]
-        rates = np.array([_growth(tree, step, int(probe.opt.integrator)) for tree in trees])
-        if abs(rates).max(initial=0) <= max(1 / LONG, abs(worst.rate) if worst else 0.0):
+        rates = np.array([_growth(tree, step, long, int(probe.opt.integrator)) for tree in trees])
+        if abs(rates).max(initial=0) <= max(1 / long, abs(worst.rate) if worst else 0.0):
             continue
         fastest = abs(rates).argmax()
         members = probe.body_treeid == trees[fastest].number
         speeds = np.where(members, np.linalg.norm(data.cvel[:, :3], axis=1), 0)
-        steps = [_longest_step(probe, data, step, k) for k in (int(probe.opt.integrator), RK4)]
+        kinds = int(probe.opt.integrator), RK4
+        steps = [_longest_step(probe, data, step, long, kind) for kind in kinds]
         worst = Spin(
             body=int(speeds.argmax()),
             speed=float(speeds.max()),
             verb=verb,
             where=where,
             rate=float(rates[fastest]),
-            number=int((abs(rates) > 1 / LONG).sum()),
+            number=int((abs(rates) > 1 / long).sum()),
             timestep=steps[0],
             of_rk4=steps[1],
             integrator=NAMES[int(probe.opt.integrator)],
@@ -123,7 +127,7 @@ def _spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[tuple[str, s
     """Yield the states in which something may spin, and words that say which."""
     yield "spins", "", state.qpos, state.qvel
     for k in range(model.nkey):
-        name = model.key(k).name or k
+        name = given_name(model, "key", k) or k
         yield "spins", f" in keyframe {name!r}", model.key_qpos[k], model.key_qvel[k]
     for where, qvel in driven_velocities(model, state):
         yield "can spin", where, state.qpos, qvel
@@ -139,7 +143,7 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
     mujoco.mj_comVel(model, data)
     data.qfrc_smooth[:] = data.qfrc_constraint[:] = 0
     mujoco.mj_implicit(model, data)  # which leaves D
-    model.opt.integrator = integrator
+    model.opt.integrator = integrator if integrator in (EULER, RK4, IMPLICIT) else IMPLICITFAST
     first = np.repeat(model.tree_dofadr, model.tree_dofnum)
     inertia, slopes, responses = np.zeros((3, model.nv, int(model.tree_dofnum.max())))
     for row, (start, count) in enumerate(zip(model.D_rowadr, model.D_rownnz, strict=True)):
@@ -155,7 +159,7 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
             (mujoco.mj_Euler if integrator == EULER else mujoco.mj_implicit)(model, data)
         responses[:, column] = data.qvel - qvel
         data.qpos[:], data.qvel[:] = qpos, qvel
-    found = []
+    model.opt.integrator, found = integrator, []
     for number, (start, count) in enumerate(zip(model.tree_dofadr, model.tree_dofnum, strict=True)):
         own = slice(start, start + count)
         mass, slope, response = (part[own, :count] for part in (inertia, slopes, responses))
@@ -166,7 +170,7 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
     return found
 
 
-def _growth(tree: Tree, step: float, integrator: int) -> float:
+def _growth(tree: Tree, step: float, long: float, integrator: int) -> float:
     """Return the rate in 1/s at which the integrator, not the motion itself, lets a wobble grow.
 
     It is negative where the integrator damps a wobble.
@@ -179,7 +183,7 @@ def _growth(tree: Tree, step: float, integrator: int) -> float:
     else:
         gains = np.einsum("ij,ij->j", modes.conj(), tree.responses @ tree.inertia @ modes)
         factors = 1 + speeds * gains / (abs(modes) ** 2).sum(axis=0)
-    lasts, decay = _lasting(tree, matrix), np.minimum(speeds.real, 0)
+    lasts, decay = _lasting(tree, matrix, long), np.minimum(speeds.real, 0)
     errors = lasts * (np.log(np.maximum(abs(factors), 1e-300)) / step - speeds.real)
     wobbles = abs(speeds.imag) > abs(speeds.real)
     rates, loss = errors + decay, errors[wobbles].min(initial=0)
@@ -191,13 +195,13 @@ def _growth(tree: Tree, step: float, integrator: int) -> float:
     return float(rates.max() if rates.max() > -loss else loss)
 
 
-def _lasting(tree: Tree, matrix: Array) -> float:
-    """Return the mean square of the velocities until `LONG`, which damping lowers, over the first.
+def _lasting(tree: Tree, matrix: Array, long: float) -> float:
+    """Return the mean square of the velocities until `long`, which damping lowers, over the first.
 
     Gyroscopic forces do no work.
     """
     momentum = tree.inertia @ tree.velocities
-    exponent = -2 * LONG * (momentum @ matrix @ tree.velocities) / (momentum @ tree.velocities)
+    exponent = -2 * long * (momentum @ matrix @ tree.velocities) / (momentum @ tree.velocities)
     return float(-np.expm1(-exponent) / exponent) if exponent > 1e-9 else 1.0
 
 
@@ -217,7 +221,7 @@ def _energy_growth(tree: Tree, matrix: Array) -> float:
 
 
 def _longest_step(
-    model: mujoco.MjModel, data: mujoco.MjData, step: float, integrator: int
+    model: mujoco.MjModel, data: mujoco.MjData, step: float, long: float, integrator: int
 ) -> float:
     """Return the longest timestep in s, up to `step`, at which no wobble errs; 0 if none is found.
 
@@ -227,7 +231,7 @@ def _longest_step(
     model.opt.integrator = integrator
     for _ in range(TRIES):
         trees = [tree for tree in _trees(model, data, longest) if tree.turns or integrator == RK4]
-        excess = LONG * max(abs(_growth(tree, longest, integrator)) for tree in trees)
+        excess = long * max(abs(_growth(tree, longest, long, integrator)) for tree in trees)
         if integrator == RK4:
             spinning = [np.linalg.eigvals(tree.matrix()) for tree in trees if tree.turns]
             product = longest * float(abs(np.concatenate(spinning)).max())

@@ -50,7 +50,9 @@ def stand(
         return None
     frames = data.geom_xmat[found].reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 3)
     own = [frames, -frames, magnet.axes, -magnet.axes]
-    directions = np.vstack([*own, _evenly_spread(DIRECTIONS)])
+    outward = np.vstack([magnet.positions - data.geom_xpos[geom] for geom in found])
+    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
+    directions = np.vstack([*own, outward, _evenly_spread(DIRECTIONS)])
     directions = directions[np.linalg.norm(directions, axis=1) > 0.5]
     sampled = np.vstack([tips(model, data, geom, directions) for geom in found])
     with contextlib.suppress(QhullError):  # as of geoms without volume
