@@ -91,6 +91,7 @@ def test_a_plugin_that_attach_drops_comes_back_by_the_lines_that_are_printed(tel
     tell(model)
     line = capsys.readouterr().out.splitlines()[-1]
     assert "not acting: dipoles outside of magmotor.magnetism()" in line
+    assert ("attach drops it" in line) != marked  # the mark alone is meant for magnetism()
     [extension] = re.findall("<extension>.*</extension>", line)
     assert pulled(attached(arm=mark + extension).compile()) == pytest.approx(
         force, rel=1e-13, abs=0
@@ -101,6 +102,16 @@ def test_a_plugin_that_attach_drops_comes_back_by_the_lines_that_are_printed(tel
     assert pulled(restored) == pytest.approx(force, rel=1e-13, abs=0)
     tell(restored)
     assert "outside of" not in capsys.readouterr().out
+
+
+def test_check_notes_a_missing_plugin_beside_a_mark(capsys):
+    """Briefly, since a mark may be meant for magnetism(): `describe` prints the lines to add."""
+    for head, noted in ((MARK.format("dipoles"), True), (PLUGIN.format("m"), False)):
+        found = mm.check(mujoco.MjModel.from_xml_string(PAIR.format(head=head)))
+        assert ("dipoles outside of magmotor.magnetism()" in capsys.readouterr().out) == noted
+        assert [("describe" in note, "attach" in note) for note in found.notes] == (
+            [(True, False)] * noted
+        )
 
 
 @pytest.mark.parametrize("module", ["mujoco.mjx", "mujoco_warp"])
@@ -132,6 +143,19 @@ def test_a_misspelt_mark_is_named(name, plugin, capsys):
     mm.describe(model)
     named = f"not acting: text '{name}', since only the name magmotor"
     assert (named in capsys.readouterr().out) == (name != "topic")
+
+
+@pytest.mark.parametrize("names", [("magmotr", "topic"), ("topic", "magmotr")])
+@pytest.mark.parametrize("plugin", ["", PLUGIN.format("m")])
+def test_a_misspelt_mark_is_named_beside_a_text_with_our_words(names, plugin):
+    head = "".join(MARK.replace('"magmotor"', f'"{name}"').format("dipoles") for name in names)
+    with warnings.catch_warnings(record=True) as caught, mm.magnetism():
+        warnings.simplefilter("always")
+        model = mujoco.MjModel.from_xml_string(PAIR.format(head=head + plugin))
+        mujoco.mj_step(model, mujoco.MjData(model), nstep=3)
+    found = [str(each.message) for each in caught if "only the name magmotor" in str(each.message)]
+    assert all("text 'magmotr'" in sentence for sentence in found)
+    assert len(found) == 1 or (plugin and len(found) == 2)  # in the compiler, and for the data
 
 
 @pytest.mark.parametrize(("factor", "pairs"), [(3, {("left", "right"): 3.0}), (0, {})])

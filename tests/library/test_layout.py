@@ -1,9 +1,11 @@
 """Struct offsets: right ones are accepted, wrong ones are named."""
 
+import ctypes
 import re
 import tomllib
 from pathlib import Path
 
+import mujoco
 import pytest
 
 from magmotor.mjcf import layout
@@ -26,6 +28,17 @@ def test_a_field_that_moved_is_named(name):
     moved = layout.current()._replace(**{name: getattr(layout.current(), name) + 24})
     with pytest.raises(layout.LayoutError, match=rf"does not keep .*\b{name}\b"):
         layout.verify(moved)
+
+
+def test_notes_leave_the_iterations_that_mujoco_makes_by_default():
+    """The first 100 of each island: nothing that is written to the notes is read there."""
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    data = mujoco.MjData(model)
+    islands, each = mujoco.mjNISLAND, mujoco.mjNSOLVER
+    assert model.opt.iterations == 100
+    ctypes.memset(data._address + layout.current().notes, 255, 8 * layout.NOTES)
+    written = [statistic.nupdate != 0 for statistic in data.solver]
+    assert written == [False] * (islands * each - 100) + [True] * 100
 
 
 def test_a_field_that_is_not_declared_is_named(monkeypatch):

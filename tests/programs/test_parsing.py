@@ -163,7 +163,7 @@ COMMON = """
 TIP = "v 0 0 0\nv 1e-3 0 0\nv 0 1e-3 0\nv 0 0 1e-3\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 
 
-@pytest.mark.parametrize("target", ["parts/fixed.xml", "elsewhere/fixed.xml"])
+@pytest.mark.parametrize("target", ["parts/fixed.xml", "elsewhere/fixed.xml", "a/b/fixed.xml"])
 def test_check_writes_a_file_with_what_it_proposes(run, tmp_path, target):
     """With an included file, a default class and a mesh in a folder of its own."""
     (tmp_path / "parts" / "assets").mkdir(parents=True)
@@ -200,6 +200,34 @@ def test_check_and_describe_name_a_plugin_that_mujoco_drops(run, tmp_path):
         assert said.startswith(begins)
         assert "not acting: dipoles outside of magmotor.magnetism()" in said.splitlines()[-1]
     (tmp_path / "needle.xml").write_text(text)
+
+
+def test_a_comment_that_names_the_plugin_is_not_taken_for_it(run, tmp_path):
+    text = NEEDLE.format(' user="5"')
+    start, end = text.index("<extension>"), text.index("<worldbody>")
+    comment = "<!-- <plugin plugin='magmotor.forces'/>, in stra\xdfe.xml -->"
+    (tmp_path / "needle.xml").write_bytes((text[:start] + comment + text[end:]).encode("latin-1"))
+    code, said, error = run("check needle.xml")
+    assert (code, error) == (0, "")
+    assert said.startswith("nothing to fix\nnote: not acting: dipoles outside of")
+
+
+@pytest.mark.parametrize("target", ["fixed.xml", "else\udcfc/fixed.xml"])
+def test_check_fixes_a_file_in_a_folder_whose_name_is_not_utf_8(target, tmp_path):
+    """Nor is the name of a body."""
+    folder = tmp_path / "fol\udcfc"
+    (folder / "assets").mkdir(parents=True)
+    (folder / "assets" / "tip.obj").write_text(TIP)
+    (folder / "common.xml").write_text(COMMON)
+    text = PARTED.replace('"one"', '"M\xfcller"').encode("latin-1")
+    (folder / "model.xml").write_bytes(text)
+    command = [sys.executable, "-m", "magmotor", "check", "model.xml", "--fix", target]
+    command = [folder / word if word.endswith(".xml") else word for word in command]
+    done = subprocess.run(command, capture_output=True, env=os.environ | {"PYTHONUTF8": "1"})
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.endswith(b"nothing to fix\n")
+    model = mujoco.MjModel.from_xml_path(os.fsencode(folder / target))
+    assert model.opt.timestep == 0.00016
 
 
 def test_check_names_a_flag_that_disables_the_forces(run, tmp_path):

@@ -6,6 +6,7 @@ The exit code is 1 if there are findings; with --fix, if some remain.
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import mujoco
 import tyro
@@ -15,7 +16,6 @@ from magmotor.commands.output import writes, written_whole
 from magmotor.commands.parsing import parse_options
 from magmotor.common.checks import reject
 from magmotor.mjcf.checking.check import check, examined
-from magmotor.mjcf.describe import described
 
 FOUND = 1
 """Exit code if there are findings."""
@@ -53,11 +53,6 @@ def report(options: Options) -> None:
         print(found)
     else:
         print(*found.note_lines, sep="\n")
-    description = described(model)
-    if description.acting and description.marked and not description.plugin:
-        print(
-            "note: without the plugin magmotor.forces, this acts inside magmotor.magnetism() only"
-        )
     if found.findings or dropped:
         raise SystemExit(FOUND)
 
@@ -68,12 +63,22 @@ def write_fixed(path: Path, data: mujoco.MjData, target: Path) -> None:
         raise reject("fix", str(target), "must end in .xml")
     if path.suffix.lower() == ".mjb":
         raise reject("path", str(path), "must be an MJCF file, to be fixed")
-    spec = mujoco.MjSpec.from_file(str(path))
+    spec: Any = mujoco.MjSpec.from_file(cast(Any, os.fsencode(path)))  # which need not be UTF-8
     check(spec, data, fix=True)
     here, there = path.parent.resolve(), target.parent.resolve()
-    for kind in ("meshdir", "texturedir") if here != there else ():  # relative to the file
-        setattr(spec, kind, os.path.relpath(here / getattr(spec, kind), there))
+    if here != there:  # to which these are relative
+        for kind in ("meshdir", "texturedir"):
+            setattr(spec, kind, os.fsencode(os.path.relpath(here / getattr(spec, kind), there)))
+        spec.modelfiledir = os.fsencode(there / "_")[:-1]
     verb = writes(target)
     with written_whole(target) as part:
-        part.write_text(spec.to_xml(), encoding="utf-8", newline="\n")
+        part.write_bytes(as_xml(spec))
     print(f"{verb} {target}")
+
+
+def as_xml(spec: mujoco.MjSpec) -> bytes:
+    """Return the MJCF file of a spec, whose names need not be UTF-8."""
+    try:
+        return spec.to_xml().encode()
+    except UnicodeDecodeError as error:
+        return error.object

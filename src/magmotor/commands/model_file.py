@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import mujoco
 
@@ -55,8 +56,14 @@ def load(path: Path) -> mujoco.MjModel:
 
 
 def is_dropped(path: Path, model: mujoco.MjModel) -> bool:
-    """Whether MuJoCo has dropped the plugin that the file of a model names."""
-    return model.nplugin == 0 and any(name.encode() in path.read_bytes() for name in PLUGINS)
+    """Whether MuJoCo has dropped the plugin that an element of a model's file names."""
+    if model.nplugin:
+        return False
+    try:
+        root = ElementTree.fromstring(decoded(path.read_bytes()).lstrip("\ufeff"))
+    except ElementTree.ParseError:  # of what MuJoCo reads, though it is not valid XML
+        return False
+    return any(element.get("plugin") in PLUGINS for element in root.iter("plugin"))
 
 
 def ignore_idle() -> None:

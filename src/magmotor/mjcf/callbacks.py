@@ -47,7 +47,6 @@ from magmotor.mjcf.forces.marks import (
     UNMARKED,
     UNREADABLE,
     WRONG,
-    misnamed_mark,
     plugin_instance,
 )
 from magmotor.mjcf.forces.valid_indices import is_at_start, is_readable, stays_readable
@@ -225,16 +224,15 @@ def _callback(checksum: int, offsets: layout.Layout):
             _mark_failed(model, data, offsets, stage)
             return
         _note_ours(m, d, offsets)
+        if kinds & UNMARKED and is_at_start(data, offsets):
+            warn_of_misnamed(m, offsets)
         if acting > 0:
             messages.remember_acting(model)
             if error[1] >= 0:
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
                 _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
-                warn_of_misnamed(misnamed_mark(m, offsets), model)
         elif is_at_start(data, offsets) or not messages.has_acted(model):
-            if kinds & UNMARKED:
-                warn_of_misnamed(misnamed_mark(m, offsets), model)
             reason, number = why_inert(m, offsets, kinds)
             if reason != MEASURED:
                 _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
@@ -266,7 +264,7 @@ def _init(checksum: int, offsets: layout.Layout):
             messages.notice(sentences.SLEEPING, 0, 0, 0)
         if kinds & UNMARKED:
             messages.forget(1 << sentences.NOT_A_MARK)
-            warn_of_misnamed(misnamed_mark(m, offsets), model)
+            warn_of_misnamed(m, offsets)
         reason, number = why_inert(m, offsets, kinds)
         if reason >= 0:
             messages.notice(reason, number, 0, 0)

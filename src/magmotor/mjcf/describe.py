@@ -265,22 +265,30 @@ def described(model: mujoco.MjModel) -> Description:
     )
 
 
-def elsewhere(found: Description) -> Iterator[str]:
+def elsewhere(found: Description, *, briefly: bool = False) -> Iterator[str]:
     """Yield where the forces on a model do not act, and what to do."""
     what = joined(found.acting)
     if what and not found.plugin:
-        config = "" if found.marked else '<config key="act" value="dipoles"/>'
-        python = "" if found.marked else '.config = {"act": "dipoles"}'
+        cause = "" if found.marked else " (MjSpec.attach drops it)"
+        remedy = "mm.describe(model) says how to add it" if briefly else _remedy(found.marked)
         yield (
-            f"{what} outside of magmotor.magnetism(), since the model has no plugin {FORCES}"
-            " (MjSpec.attach drops it); in the file, add"
-            f' <extension><plugin plugin="{FORCES}"><instance name="magnets">{config}</instance>'
-            f'</plugin></extension>, or in Python spec.activate_plugin("{FORCES}") and'
-            f' spec.add_plugin(name="magnets", plugin_name="{FORCES}", active=True){python}'
+            f"{what} outside of magmotor.magnetism(), since the model has no plugin"
+            f" {FORCES}{cause}; {remedy}"
         )
     others = [name for module, name in ENGINES.items() if module in sys.modules]
     if what and others:
         yield f"{what} in {joined(others)}, which cannot run the forces of magmotor"
+
+
+def _remedy(marked: bool) -> str:
+    """Say how to add the plugin to a model."""
+    config = "" if marked else '<config key="act" value="dipoles"/>'
+    python = "" if marked else '.config = {"act": "dipoles"}'
+    return (
+        f'in the file, add <extension><plugin plugin="{FORCES}"><instance name="magnets">{config}'
+        f'</instance></plugin></extension>, or in Python spec.activate_plugin("{FORCES}") and'
+        f' spec.add_plugin(name="magnets", plugin_name="{FORCES}", active=True){python}'
+    )
 
 
 def weighed(moment: float) -> str:

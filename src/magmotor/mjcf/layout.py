@@ -44,11 +44,11 @@ DATA_FIELDS = (
     "qacc_warmstart", "contact",
 )  # fmt: skip
 CONTACT_FIELDS = ("contact_size", "contact_dist", "contact_geom")
-NOTES = 512
-"""Length of `notes`: 64-bit words of an mjData that MuJoCo copies and resets, and does not use.
+NOTES = 500
+"""Length of `notes`: 64-bit words of an mjData that MuJoCo copies and resets, and rarely writes.
 
-They are the end of the solver's statistics, where iterations from the 100th on of a 20th island
-would be.
+They are the end of the solver's statistics: those of a 20th island after its first 100 iterations,
+which are all unless the model asks for more.
 """
 
 _SCALARS = {

@@ -184,12 +184,12 @@ def _form_error(error, number, name, other, other_name, details, handler, user, 
 @returning
 def _give_notice(which, number, name, other, other_name, unless, handler, user, text):
     """Print or warn; write the address of the sentence to `text` if the warning is an error."""
+    if which == NOT_A_MARK and not resembles_mark((name or b"").decode(errors="replace")):
+        return
     with _lock:  # another thread may have given it since compiled code looked
         if _given.value & unless:
             return
         _given.value |= 1 << which
-    if which == NOT_A_MARK and not resembles_mark((name or b"").decode(errors="replace")):
-        return
     sentence = sentence_of_notice(which, number, name, other, other_name)
     if which == ASSUMED:
         if sentence not in _printed:

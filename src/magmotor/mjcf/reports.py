@@ -22,7 +22,7 @@ from magmotor.mjcf.forces.custom import (
 )
 from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
 from magmotor.mjcf.forces.iron import invalid_iron
-from magmotor.mjcf.forces.marks import marks_of
+from magmotor.mjcf.forces.marks import has_words_of_mark, marks_of
 from magmotor.mjcf.forces.valid_indices import invalid_index
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
@@ -123,11 +123,12 @@ def warn_of_overwritten(body, model):
 
 
 @subroutine
-def warn_of_misnamed(text, model):
-    """Report a text that has the words of a mark, but not its name, once per `magnetism` block."""
-    if text >= 0:
-        which = sentences.NOT_A_MARK
-        messages.notice(which, text, _name(model, TEXT, text), 1 << which)
+def warn_of_misnamed(m, offsets):
+    """Report the first text with the words and nearly the name of a mark, once per block."""
+    which = sentences.NOT_A_MARK
+    for text in range(m[offsets.ntext // 8]):
+        if has_words_of_mark(text, m, offsets):
+            messages.notice(which, text, _name(m.ctypes.data, TEXT, text), 1 << which)
 
 
 @subroutine

@@ -47,8 +47,7 @@ class Check:
     units : tuple of str
         What the units in these sentences stand for, if the model's are not those of SI.
     notes : tuple of str
-        Where the forces on a model without a mark do not act, which is no failure inside
-        `magnetism()`.
+        Where the forces do not act, which is no failure inside `magnetism()`.
     """
 
     findings: tuple[str, ...]
@@ -126,8 +125,10 @@ def check(
     bodies 'one' and 'other' will fly apart once they touch: where they touch, they attract ...
     set: solref="0.00034 1" of geom 0 of body 'one' and geom 1 of body 'other'
     set: timestep 0.00017 s
-    >>> found = mm.check(model)
+    note: not acting: dipoles outside of magmotor.magnetism(), since the model has no plugin ...
+    >>> found = mm.check(model)  # doctest: +ELLIPSIS
     nothing to fix
+    note: not acting: dipoles outside of magmotor.magnetism(), since the model has no plugin ...
     """
     result = examined(model, data, fix=fix)
     print(result)
@@ -179,7 +180,7 @@ def examined(
         settings=tuple(settings),
         acting=bool(description.acting),
         units=own_units(model),
-        notes=tuple(elsewhere(description) if not description.marked else ()),
+        notes=tuple(elsewhere(description, briefly=description.marked)),
     )
 
 

@@ -86,14 +86,10 @@ def marks_of(m, offsets):
 
 
 @subroutine
-def misnamed_mark(m, offsets):
-    """Return the last text whose words are those of a mark, in a model without one; -1 if none."""
-    count, first, found = m[offsets.ntext // 8], m[offsets.text_data // 8], -1
-    start = memory.integers(m[offsets.text_adr // 8], count)
-    for k in range(count):
-        if _bits_of(first + start[k]) != WRONG:
-            found = k
-    return found
+def has_words_of_mark(text, m, offsets):
+    """Whether the words of a text are those of a mark."""
+    start = memory.integers(m[offsets.text_adr // 8], m[offsets.ntext // 8])
+    return _bits_of(m[offsets.text_data // 8] + start[text]) != WRONG
 
 
 @subroutine
