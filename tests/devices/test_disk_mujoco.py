@@ -37,26 +37,33 @@ def apart(run, other, name="x"):
     ],
 )
 def test_euler_is_the_variational_euler(scene):
-    """Along one noise path; the unstable equilibria of U amplify rounding errors."""
+    """Along one noise path; the unstable equilibria of U amplify rounding errors.
+
+    On the plane, the contact takes part A/R of the accelerations, too.
+    """
     planar = scene.replace(surface="planar")
     run, twin = (
         mm.simulate(s, method=m, seed=2, replicas=4, **PAPER)
         for s, m in zip((scene, planar), EULER, strict=True)
     )
     assert float(abs(twin.x).max()) > 50
+    # Measured: planar 7.3e-13, 4.7e-12, 3.0e-13, 5.9e-13; plane 6.0e-11, 3.8e-10, 9.2e-12, 4.9e-11.
     bounds = {"x": 2e-11, "v": 1e-10, "theta": 8e-12, "omega": 1.5e-11}
+    if scene.surface == "plane":
+        bounds = {"x": 1e-9, "v": 5e-9, "theta": 2e-10, "omega": 1e-9}
     for name, bound in bounds.items():
-        assert apart(run, twin, name) < bound, name  # 7.3e-13, 4.7e-12, 3.0e-13, 5.9e-13
+        assert apart(run, twin, name) < bound, name
 
 
 @pytest.mark.parametrize("surface", ["planar", "plane"])
 def test_without_potential_only_rounding_remains(surface):
-    """Including the contact's regularization, A/R = 1e-17."""
+    """And, on the plane, what the contact's regularization takes of the accelerations."""
     scene = mm.Disk(potential="flat", surface=surface)
     run = mm.simulate(scene, method="mujoco/euler", **PAPER)
     twin = mm.simulate(scene.replace(surface="planar"), method="variational/euler", **PAPER)
-    assert apart(run, twin) < 5e-14  # 2e-15
-    assert apart(run, twin, "v") < 1e-14  # measured: 4e-16
+    bounds = (5e-14, 8e-15) if surface == "planar" else (3e-12, 3e-12)
+    assert apart(run, twin) < bounds[0]  # 2e-15; plane 1.4e-13
+    assert apart(run, twin, "v") < bounds[1]  # 3e-16; plane 1.1e-13
 
 
 @pytest.mark.parametrize(("view", "bound"), [
@@ -151,12 +158,12 @@ def test_wrenches_and_potentials_act_on_any_model(userdata):
     data = mujoco.MjData(model)
     data.userdata[:] = userdata
     data.qpos[-2:] = 0.7, -0.3
-    data.xfrc_applied[:] = 5.0
+    others = [0, model.body("idle").id, model.body("slider").id]
+    data.xfrc_applied[others] = 5.0
     with mm.magnetism():
         mujoco.mj_step(model, data, nstep=20)
         mujoco.mj_forward(model, data)
     expected = expected_wrench(model, data, 20)
-    others = [0, model.body("idle").id, model.body("slider").id]
     expected[others] = 5.0  # no wrench of ours: the applied one remains
     # Measured: 3e-14, of 130.
     np.testing.assert_allclose(data.xfrc_applied, expected, rtol=0, atol=3e-13)

@@ -6,6 +6,7 @@ import threading
 import mujoco
 import numpy as np
 import pytest
+from brief_runs import BRIEF
 
 import magmotor as mm
 from magmotor.devices.ball import rigid_kernel
@@ -44,6 +45,7 @@ def ensemble():
     )  # fmt: skip
 
 
+@BRIEF
 @pytest.mark.parametrize(
     ("module", "run"),
     [(langevin, sample), (baoab, rollout), (rigid_kernel, several_motors), (ensembles, ensemble)],

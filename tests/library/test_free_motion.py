@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from brief_runs import BRIEF
 
 import magmotor as mm
 
@@ -75,6 +76,7 @@ def test_a_motion_that_no_number_of_pieces_follows_is_reported():
         moved(pendulums(1), 1.0, [3e5, -2e6], 1)
 
 
+@BRIEF  # nothing damps the translation
 def test_the_rotation_of_a_fast_body_has_its_temperature():
     """A box at 300 m/s, whose energy of rotation is 1e-9 of the rest; 64 000 records.
 

@@ -7,6 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from brief_runs import BRIEF
 
 import magmotor as mm
 from magmotor import noise
@@ -150,6 +151,7 @@ def test_a_run_is_reproduced_and_resumed_with_its_held_path(tmp_path, monkeypatc
         mm.simulate(mm.Motor(), **other, checkpoint=checkpoint)
 
 
+@BRIEF
 @pytest.mark.parametrize("splitting", ["middle", "obabo"])
 def test_langevin_follows_a_held_path(splitting):
     """A slide with hardly any friction adds up the noise; both halves of a step are held."""

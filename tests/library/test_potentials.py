@@ -1,5 +1,7 @@
 """Periodic potentials of joints: generalized forces that conserve energy on any joint."""
 
+from contextlib import nullcontext
+
 import mujoco
 import numpy as np
 import pytest
@@ -79,14 +81,14 @@ def wander(hook, steps, apply=None):
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = (2.0, 0.5), (0.0, 1.0)
     energies, potentials = [], []
-    with mm.magnetism():
-        if apply:
-            mujoco.set_mjcb_control(apply)
+    mujoco.set_mjcb_control(apply)
+    with nullcontext() if apply else mm.magnetism():
         for _ in range(steps):
             potentials.append(energy_of(model, data.qpos))
             mujoco.mj_step(model, data)
             mujoco.mj_forward(model, data)
             energies.append(data.energy.sum() + energy_of(model, data.qpos))
+    mujoco.set_mjcb_control(None)
     return np.ptp(energies), np.ptp(potentials)
 
 

@@ -42,6 +42,9 @@ LABELS = {
 LARGEST_SHARE = 0.1
 """Share of what is exchanged that a method may add to the energy, or lose, without a warning."""
 
+ROUNDED = 1e-9
+"""Share of the energy below which a drift may be one of rounding errors."""
+
 SIGNIFICANT = 5
 """Standard errors of a significant drift."""
 
@@ -183,7 +186,8 @@ def check_first_law(run: xr.Dataset, scene: Motor) -> None:
     else:
         scale = float(np.mean((abs(heat) + abs(work))[..., -1]))
         scale += float(np.abs(run.energy.values - run.ring_energy.values).max())
-    if abs(drift) > SIGNIFICANT * error and abs(lost) > LARGEST_SHARE * scale:
+    least = max(LARGEST_SHARE * scale, ROUNDED * float(np.abs(run.energy.values).max()))
+    if abs(drift) > SIGNIFICANT * error and abs(lost) > least:
         exchanged = "the heat" if scene.has_two_temperatures else "heat, work and energy"
         warnings.warn(
             f"timestep = {run.attrs['timestep']:g}: {run.attrs['method']} has"
