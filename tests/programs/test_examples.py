@@ -10,6 +10,7 @@ import mujoco
 import mujoco.batch
 import numpy as np
 import pytest
+from brief_runs import BRIEF
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -452,6 +453,7 @@ def test_the_screw_has_the_temperature_of_the_water(example):
         assert kT == pytest.approx(4.11, rel=0.32)  # 4.5 standard errors of 7 %: -1.4, 0.4
 
 
+@BRIEF
 @pytest.mark.parametrize(
     ("name", "few", "numerics"),
     [

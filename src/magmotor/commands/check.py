@@ -15,7 +15,7 @@ from magmotor.commands.model_file import answer, ignore_idle, is_dropped, read
 from magmotor.commands.output import writes, written_whole
 from magmotor.commands.parsing import parse_options
 from magmotor.common.checks import reject
-from magmotor.mjcf.checking.check import check, examined
+from magmotor.mjcf.checking.check import NOTE, check, examined
 
 FOUND = 1
 """Exit code if there are findings."""
@@ -52,7 +52,7 @@ def report(options: Options) -> None:
     if found.findings or not dropped:  # which has been said
         print(found)
     else:
-        print(*found.note_lines, sep="\n")
+        print(*map(NOTE.format, found.notes), sep="\n")
     if found.findings or dropped:
         raise SystemExit(FOUND)
 

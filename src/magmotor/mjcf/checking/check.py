@@ -20,6 +20,9 @@ SOUND = "nothing to fix"
 EMPTY = "nothing acts on this model: it has no dipoles, fields, coils or iron"
 """What the text says without findings."""
 
+NOTE = "note: not acting: {}"
+"""The line of a note."""
+
 LISTED = 4
 """Largest number of names that the text lists."""
 
@@ -59,16 +62,11 @@ class Check:
     units: tuple[str, ...]
     notes: tuple[str, ...]
 
-    @property
-    def note_lines(self) -> list[str]:
-        """One line for each note."""
-        return [f"note: not acting: {note}" for note in self.notes]
-
     def __str__(self) -> str:
         """Return one line for each finding, each setting and each note."""
         found = [*self.findings, *self.settings]
         lines = [*found, *self.units] if found else [SOUND if self.acting else EMPTY]
-        return "\n".join([*lines, *self.note_lines])
+        return "\n".join([*lines, *map(NOTE.format, self.notes)])
 
 
 @checked
