@@ -323,14 +323,15 @@ class Terminal(io.StringIO):
 
 
 def test_on_a_terminal_one_line_counts_and_goes(monkeypatch):
-    monkeypatch.setattr(sys, "stderr", Terminal())
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
     notice, counts = compilation_notice.CompilationNotice(after=0.0), iter(range(100))
     with notice.running():
         notice.expect_elsewhere(lambda: next(counts), 100)
         until = time.monotonic() + 60
-        while sys.stderr.getvalue().count("\r") < 2 and time.monotonic() < until:
+        while terminal.getvalue().count("\r") < 2 and time.monotonic() < until:
             time.sleep(0.01)
-    *shown, last, end = sys.stderr.getvalue().split("\r")[1:]
+    *shown, last, end = terminal.getvalue().split("\r")[1:]
     assert len(shown) >= 2
     assert [line.split(" (")[1].split()[0] for line in shown] == [*map(str, range(len(shown)))]
     assert {len(line) for line in (*shown, last)} == {79}  # narrower than any terminal

@@ -201,7 +201,7 @@ def test_the_judges_see_the_worst_element():
     rows = []
     for x, y, angle in ((0.0, 0.0, 0.0), (0.02, 1e-7, np.pi / 2), (0.01, 2e-7, np.pi / 2)):
         data.qpos[:2] = x, y
-        mujoco.mju_axisAngle2Quat(data.qpos[3:7], [0.0, 0.0, 1.0], angle)
+        mujoco.mju_axisAngle2Quat(data.qpos[3:7], np.array([0.0, 0.0, 1.0]), angle)
         rows.append(judged.observe(model, data))
     truth, own = np.array([rows[0], rows[1]]), np.array([rows[0], rows[2]])
     assert judged.distance(own, truth) == pytest.approx(0.5, rel=1e-12)

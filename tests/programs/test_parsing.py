@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import pytest
@@ -226,7 +227,8 @@ def test_check_fixes_a_file_in_a_folder_whose_name_is_not_utf_8(target, tmp_path
     done = subprocess.run(command, capture_output=True, env=os.environ | {"PYTHONUTF8": "1"})
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.endswith(b"nothing to fix\n")
-    model = mujoco.MjModel.from_xml_path(os.fsencode(folder / target))
+    name: Any = os.fsencode(folder / target)
+    model = mujoco.MjModel.from_xml_path(name)
     assert model.opt.timestep == 0.00016
 
 
