@@ -22,8 +22,6 @@ import magmotor_plugin
 from magmotor.mjcf import binding, errors, layout, memory, messages, sentences
 from magmotor.mjcf.forces.all_forces import (
     apply_forces,
-    checked_forces_of,
-    current_forces_of,
     first_error,
 )
 from magmotor.mjcf.forces.brownian_wrenches import (
@@ -49,7 +47,13 @@ from magmotor.mjcf.forces.marks import (
     WRONG,
     plugin_instance,
 )
-from magmotor.mjcf.forces.valid_indices import is_at_start, is_readable, stays_readable
+from magmotor.mjcf.forces.valid_indices import (
+    checked_forces_of,
+    current_forces_of,
+    is_at_start,
+    is_readable,
+    stays_readable,
+)
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.reports import report, warn_of_misnamed, warn_of_motion, warn_of_overwritten
 from magmotor.numerics.numba_cache import compiled_once

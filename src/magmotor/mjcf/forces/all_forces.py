@@ -31,11 +31,10 @@ from magmotor.mjcf.forces.marks import (
     POTENTIALS,
     UNMARKED,
     UNREADABLE,
-    forces_of,
 )
 from magmotor.mjcf.forces.tolerance import invalid_tolerance
 from magmotor.mjcf.forces.units import invalid_constant
-from magmotor.mjcf.forces.valid_indices import invalid_index, is_readable, stays_readable
+from magmotor.mjcf.forces.valid_indices import invalid_index
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -98,19 +97,6 @@ def compile_alone() -> None:
     coils.bind()
     resolution.bind()
     _apply_forces(layout.current())
-
-
-@subroutine
-def checked_forces_of(m, offsets):
-    """Return the bits of `forces_of`, or `UNREADABLE`, which `first_error` makes an error."""
-    return forces_of(m, offsets) if is_readable(m.ctypes.data) else UNREADABLE
-
-
-@subroutine
-def current_forces_of(m, d, offsets):
-    """Return the same for a step, which does not check again a model whose time has passed 0."""
-    readable = stays_readable(m.ctypes.data, d.ctypes.data, offsets)
-    return forces_of(m, offsets) if readable else UNREADABLE
 
 
 @compiled_once(_APPLY, error_model="numpy")

@@ -14,6 +14,7 @@ from numba import types
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.forces.custom import ACTUATOR, BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
+from magmotor.mjcf.forces.marks import UNREADABLE, forces_of
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -191,3 +192,16 @@ def _find_object(array, count, types_of, objects, m, found):
             found[0], found[1], found[2], found[3] = i, index[i], 1, m[which]
             return True
     return False
+
+
+@subroutine
+def checked_forces_of(m, offsets):
+    """Return the bits of `forces_of`, or `UNREADABLE`, which `first_error` makes an error."""
+    return forces_of(m, offsets) if is_readable(m.ctypes.data) else UNREADABLE
+
+
+@subroutine
+def current_forces_of(m, d, offsets):
+    """Return the same for a step, which does not check again a model whose time has passed 0."""
+    readable = stays_readable(m.ctypes.data, d.ctypes.data, offsets)
+    return forces_of(m, offsets) if readable else UNREADABLE
