@@ -145,7 +145,7 @@ docs: .venv/dev-ready  ## the documentation site, which opens from disk: out/sit
 	@echo "== docs: building out/site/ with warnings as errors (running the notebook takes about a minute)"
 	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
-compat: .venv-compat/ready  ## the tests that depend on MuJoCo's version, on the oldest, 3.11
+compat: .venv-compat/ready  ## the tests that depend on MuJoCo's version, on 3.17, the oldest for the devices
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
 	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_plugin.py \
 		tests/library/test_failures.py $(ARGS)
@@ -193,7 +193,7 @@ endef
 	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes,dm-control)
 
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
-	$(call install,.venv-compat,s/^mujoco==.*/mujoco==3.11.*/;/^mujoco-/d;/^dm_control/d,-e '.[movies]' pytest pytest-xdist,once: 1 GB and about a minute,dm-control)
+	$(call install,.venv-compat,s/^mujoco==.*/mujoco==3.17.*/;/^mujoco-/d,-e '.[movies]' pytest pytest-xdist,once: 1 GB and about a minute,dm-control)
 
 # Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)

@@ -206,9 +206,10 @@ def test_the_mouse_moves_the_magnetic_ball_like_the_same_force(way):
         lived.advance(1, perturb)
         moved.data.xfrc_applied[ball] = 7.0  # as if left there by the viewer's sync
         mm.apply_perturbation(moved.model, moved.data, perturb)
-        data.xfrc_applied[:] = 0
+        kept = data.xfrc_applied.copy()
         mujoco.mjv_applyPerturbForce(model, data, perturb)
         wrench = data.xfrc_applied[ball].copy()
+        data.xfrc_applied[:] = kept
         jacobian = np.zeros((6, model.nv))
         mujoco.mj_jacBodyCom(model, data, jacobian[:3], jacobian[3:], ball)
         data.qfrc_applied[:] = jacobian.T @ wrench
