@@ -207,6 +207,7 @@ def test_the_mouse_moves_the_magnetic_ball_like_the_same_force(way):
         moved.data.xfrc_applied[ball] = 7.0  # as if left there by the viewer's sync
         mm.apply_perturbation(moved.model, moved.data, perturb)
         kept = data.xfrc_applied.copy()
+        data.xfrc_applied[:] = 0
         mujoco.mjv_applyPerturbForce(model, data, perturb)
         wrench = data.xfrc_applied[ball].copy()
         data.xfrc_applied[:] = kept
