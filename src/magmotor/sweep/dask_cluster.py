@@ -115,9 +115,9 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     if not isinstance(host, str) or not host:  # for Dask, "" means all interfaces
         raise reject("host", host, "must be the address of a network interface, a string")
     with ExitStack() as stack:
+        stack.enter_context(environment(OWN_PATH))  # a worker that dies is started again
         try:
-            # Programs that this one starts meanwhile must not inherit it.
-            with children_without_interrupts(), environment(OWN_PATH):
+            with children_without_interrupts():
                 cluster = stack.enter_context(
                     distributed.LocalCluster(
                         n_workers=workers or os.cpu_count() or 1,
