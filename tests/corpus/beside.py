@@ -17,6 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "install.md"
 SHOWN = "mujoco", "numpy"
+NOT_BUILT = "pip cannot build one of its dependencies"
 CONFLICT = re.compile(r"^ +(\S+ \S+ depends on .*|The user requested .*)$", re.MULTILINE)
 
 
@@ -30,9 +31,8 @@ def main() -> int:
     options = parser.parse_args()
     documented, wrong = rows_of(PAGE.read_text()), []
     print("| package | MuJoCo | NumPy | or why not |\n|---|---|---|---|")
-    for line in options.requirements.read_text().splitlines():
-        package = line.partition("#")[0].strip()
-        if not package or options.only not in (None, package.partition("==")[0]):
+    for package in packages_of(options.requirements):
+        if options.only not in (None, package.partition("==")[0]):
             continue
         cells = [package.replace("==", " "), *beside(package)]
         print("|", " | ".join(cells), "|", flush=True)
@@ -41,6 +41,12 @@ def main() -> int:
     for name in wrong:
         print(f"WRONG: {name}: the table in {PAGE.relative_to(ROOT)} says otherwise")
     return bool(wrong)
+
+
+def packages_of(requirements: Path) -> list[str]:
+    """Return the packages of a requirements file, with their versions."""
+    lines = (line.partition("#")[0].strip() for line in requirements.read_text().splitlines())
+    return [line for line in lines if line]
 
 
 def beside(package: str) -> list[str]:
@@ -58,7 +64,7 @@ def beside(package: str) -> list[str]:
         return [*(chosen.get(name, "") for name in SHOWN), ""]
     aloud = [argument for argument in command if argument != "--quiet"]
     explained = subprocess.run(aloud, capture_output=True, text=True)
-    reasons = CONFLICT.findall(explained.stdout + explained.stderr)
+    reasons = CONFLICT.findall(explained.stdout + explained.stderr) or [NOT_BUILT]
     return ["", "", "; ".join(re.sub(r" depends on ", ": ", reason) for reason in reasons)]
 
 

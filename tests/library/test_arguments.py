@@ -336,6 +336,7 @@ def name_of(function):
 
 
 @pytest.mark.filterwarnings("ignore:.*are these millimeters")
+@pytest.mark.filterwarnings("ignore:.*of the energy with which its motion starts")
 @pytest.mark.parametrize("function", CALLS, ids=name_of)
 def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

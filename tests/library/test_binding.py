@@ -215,8 +215,9 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
         return names
 
     of_callers = {"magmotor_apply_forces", "magmotor_forces_address"}
+    of_callers |= {"magmotor_invalid_index", "magmotor_checked_address"}
     assert bound(all_forces.compile_alone) == bound(all_forces.bind_others) - of_callers
-    assert len(bound(all_forces.bind_others)) == 9
+    assert len(bound(all_forces.bind_others)) == 11
 
 
 def test_what_it_compiles_is_what_this_process_loads(tmp_path):

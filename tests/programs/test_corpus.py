@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from corpus import beside
 from corpus.judgment import Judgment, along, judge, quantity_of
 from corpus.stability import agree, is_finite
 
@@ -234,3 +235,13 @@ def test_limits_that_are_infinite_both_are_counted_apart(packages):
         assert is_finite(Limit(*pair, ()))
         assert not agree(Limit(*pair, ()))
     assert agree(Limit(1.0, 1.05, ()))
+
+
+def test_the_table_of_packages_is_whole():
+    """`make corpus` asks pip whether its rows are right."""
+    rows = beside.rows_of(beside.PAGE.read_text())
+    requirements = TESTS / "corpus" / "requirements.txt"
+    names = [each.replace("==", " ") for each in beside.packages_of(requirements)]
+    assert [*rows] == names
+    for name, (mujoco_version, numpy_version, reason) in rows.items():
+        assert bool(mujoco_version and numpy_version) != bool(reason), name

@@ -26,7 +26,7 @@ from magmotor.sweep import process_pool as pool_module
 from magmotor.sweep.dask_cluster import Cluster
 from magmotor.sweep.directory import Directory
 from magmotor.sweep.driver import DIED
-from magmotor.sweep.process_pool import ONE_THREAD, OWN_PATH, Pool, WorkerDied
+from magmotor.sweep.process_pool import ONE_THREAD, Pool, WorkerDied
 
 TESTS = Path(__file__).parents[1]
 
@@ -50,11 +50,7 @@ def results(files):
 def start(directory, **options):
     """Start a driver as a program; with `until` it waits after `FEW` results for that file."""
     command = [sys.executable, str(TESTS / "sweep_driver.py"), str(directory), json.dumps(options)]
-    # A local cluster in this process sets PYTHONSAFEPATH; the driver needs its own folder.
-    own = {name: value for name, value in os.environ.items() if name not in OWN_PATH}
-    return subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own
-    )
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def wait_for_results(directory, number=FEW):

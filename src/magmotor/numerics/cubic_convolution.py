@@ -10,7 +10,7 @@ error of third order in the spacing.
 
 import math
 
-from numba import njit
+from numba.extending import register_jitable
 
 FEWEST = 4
 """Smallest number of nodes along an axis."""
@@ -19,7 +19,7 @@ ROUNDED = 1e-6
 """Distance beyond the outermost nodes, in spacings, that counts as a rounding error of a place."""
 
 
-@njit
+@register_jitable
 def interpolate(place, counts, nodes):
     """Return the three components of a field at a place, and their derivatives; NaN outside.
 
@@ -52,7 +52,7 @@ def interpolate(place, counts, nodes):
     return bx, by, bz, xx, xy, xz, yx, yy, yz, zx, zy, zz
 
 
-@njit
+@register_jitable
 def _weights(place, count):
     """Return the first of four nodes, their weights, and the derivatives of the weights.
 

@@ -115,7 +115,6 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     if not isinstance(host, str) or not host:  # for Dask, "" means all interfaces
         raise reject("host", host, "must be the address of a network interface, a string")
     with ExitStack() as stack:
-        stack.enter_context(environment(OWN_PATH))  # a worker that dies is started again
         try:
             with children_without_interrupts():
                 cluster = stack.enter_context(
@@ -124,8 +123,9 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
                         threads_per_worker=1,
                         host=host,
                         dashboard_address=f"{host}:0",  # two clusters cannot share a port
-                        env=ONE_THREAD,
+                        env=ONE_THREAD | OWN_PATH,
                         silence_logs=logging.ERROR,
+                        worker_class=_safely_starting(distributed.Nanny),
                     )
                 )
         except RuntimeError as error:
@@ -134,6 +134,29 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
             sentence = f"must be an interface of this machine ({error.__cause__.strerror})"
             raise reject("host", host, sentence) from None
         yield cluster.scheduler_address
+
+
+def _safely_starting(nanny: type) -> type:
+    """Return a class of those that start workers, also again after they die; see `OWN_PATH`.
+
+    Dask sets a worker's environment after it has started. Here, it is that of this process until no
+    worker is starting.
+    """
+    stack, starting = ExitStack(), set()
+
+    class Nanny(nanny):
+        async def instantiate(self) -> Any:
+            if not starting:
+                stack.enter_context(environment(OWN_PATH))
+            starting.add(self)
+            try:
+                return await super().instantiate()
+            finally:
+                starting.discard(self)
+                if not starting:
+                    stack.close()
+
+    return Nanny
 
 
 def _distributed() -> Any:

@@ -212,7 +212,8 @@ class _Worker:
 @contextmanager
 def children_without_interrupts() -> Iterator[None]:
     """Make processes that are started inside a `with` block ignore Ctrl-C."""
-    resource_tracker.ensure_running()  # starting it would unblock Ctrl-C
+    with environment(OWN_PATH):
+        resource_tracker.ensure_running()  # starting it would unblock Ctrl-C
     with blocked():
         yield
 

@@ -73,7 +73,7 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     geoms, pairs = rows_of_magnets(model, magnets, rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
-    groups = np.full_like(touching, -1)
+    groups, built = np.full_like(touching, -1), {}
     for k, members in enumerate(_groups(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
         one, other = (magnets[i] for i in members[0])
@@ -83,7 +83,7 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         if other.images:
             more = standing_rows(model, data, one, other, rows)
             own, like = np.vstack([own, more]), np.vstack([like, more])
-        if found := _meeting(model, data, (one, other), own):
+        if found := _meeting(model, data, (one, other), own, built):
             yield found._replace(number=len(members), like=like)
 
 
@@ -158,18 +158,24 @@ def _kind(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, coupled: s
 
 
 def _meeting(
-    model: mujoco.MjModel, data: mujoco.MjData, magnets: tuple[Magnet, Magnet], touching: NDArray
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    magnets: tuple[Magnet, Magnet],
+    touching: NDArray,
+    built: dict[tuple, Side],
 ) -> Meeting | None:
-    """Return how two magnets meet; None if nothing of them can."""
+    """Return how two magnets meet; None if nothing of them can. `built` keeps their sides."""
     one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
     acts, factor = _factors(model, one, other)
     margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
     geoms = [geoms_of(model, magnet, touching) for magnet in magnets]
-    sides = (
-        Side(model, data, one, geoms[0], margin),
-        Side(model, data, other, geoms[1], 0.0),
-    )
+    sides = []
+    for magnet, own, push in zip(magnets, geoms, (margin, 0.0), strict=True):
+        key = magnet.body, magnet.images, own.tobytes(), push
+        if key not in built:
+            built[key] = Side(model, data, magnet, own, push)
+        sides.append(built[key])
     masses = _masses(model, magnets, touching)
     level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
     if other.images:
@@ -204,9 +210,9 @@ def _meeting(
                 shared = contacts_that_share(model, data, magnets, *pose, approach.depth, touching)
                 approach = approach._replace(contacts=shared)
         else:
-            approach = closest_approach(sides, held, factor, masses)
+            approach = closest_approach((sides[0], sides[1]), held, factor, masses)
     if approach:
-        spacing = coarsest(sides, held)
+        spacing = coarsest((sides[0], sides[1]), held)
     kept = acts & (apart < COINCIDENCE) & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
     if kept.any():
         linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)

@@ -8,6 +8,7 @@ its geoms allow; the images are as far below it as the dipoles are above it.
 
 import itertools
 from collections.abc import Iterator
+from functools import cached_property
 from typing import NamedTuple
 
 import mujoco
@@ -98,6 +99,17 @@ class Side:
             self.dipole = np.concatenate([self.dipole, *lowest])
             self._level = np.concatenate([self._level, *levels])
             self._normal = np.concatenate([self._normal, *across])
+        if len(geoms):
+            frame = data.geom_xmat[geoms[0]].reshape(3, 3)
+            side = frame.T[abs(self._normal @ frame).argmin(axis=1)]
+            side = side - (side * self._normal).sum(axis=1)[:, np.newaxis] * self._normal
+            side /= np.linalg.norm(side, axis=1)[:, np.newaxis]
+            both = side, np.cross(self._normal, side)
+            vectors = magnet.strengths[:, np.newaxis] * magnet.axes
+            self._planar, self._across = (
+                both[0] @ each.T + 1j * (both[1] @ each.T) for each in (self._places, vectors)
+            )
+            self._along = self._normal @ vectors.T
 
     def _below(self, points: Array) -> tuple[Array, Array]:
         """Return the depths of points, and the normals of the surfaces nearest to them."""
@@ -114,38 +126,26 @@ class Side:
         return np.maximum(below, self.depth)
 
     def aside(self, k: int) -> NDArray[np.complex128]:
-        """Return the offsets of all dipoles from that plane's normal through dipole[k], (n,)."""
-        return self._in_plane(k, self._places - self._places[self.dipole[k]])[0]
-
-    def moments(self, k: int) -> tuple[NDArray[np.complex128], Array]:
-        """Return the parts of all moments in that plane, and along its normal, each (n,)."""
-        return self._in_plane(k, self.magnet.strengths[:, np.newaxis] * self.magnet.axes)
-
-    def _in_plane(self, k: int, vectors: Array) -> tuple[NDArray[np.complex128], Array]:
-        """Return the parts of vectors (n, 3) in a tangent plane, and along its normal.
+        """Return the offsets of all dipoles from that plane's normal through dipole[k], (n,).
 
         They are complex numbers in the plane, whose real axis is along a side of the first geom.
         """
-        normal = self._normal[k]
-        frame = self._data.geom_xmat[self._geoms[0]].reshape(3, 3)
-        side = frame[:, abs(normal @ frame).argmin()]
-        side = side - (side @ normal) * normal
-        side = side / np.linalg.norm(side)
-        across = np.empty(len(vectors), complex)
-        across.real, across.imag = vectors @ side, vectors @ np.cross(normal, side)
-        return across, vectors @ normal
+        return self._planar[k] - self._planar[k, self.dipole[k]]
 
+    def moments(self, k: int) -> tuple[NDArray[np.complex128], Array]:
+        """Return the parts of all moments in that plane, and along its normal, each (n,)."""
+        return self._across[k], self._along[k]
+
+    @cached_property
     def distinct(self) -> NDArray[np.int64]:
-        """Return one tangent plane of each kind, to which all dipoles lie alike."""
+        """One tangent plane of each kind, to which all dipoles lie alike."""
         kinds, whole = {}, self.magnet
         scale = max(abs(self.depth).max(), 1e-12)
         largest = max(whole.strengths.max(), 1e-300)
         for k in range(len(self.dipole)):
             places = np.column_stack([self.along(k), abs(self.aside(k))])
             places = np.round(places / scale, 6)
-            parts = np.column_stack(
-                [abs(part) for part in self.moments(k)[:1]] + [self.moments(k)[1]]
-            )
+            parts = np.column_stack([abs(self._across[k]), self._along[k]])
             rows = [places, np.round(parts / largest, 6), whole.responses, whole.bodies]
             rows = np.column_stack(rows) + 0.0
             kinds.setdefault((self._level[k].round(12), rows[np.lexsort(rows.T)].tobytes()), k)
@@ -217,7 +217,7 @@ def closest_approach(
     """
     one, other = (side.magnet for side in sides)
     weight = np.where(apart < np.inf, factor, 0)
-    poses = np.stack(np.meshgrid(*(side.distinct() for side in sides)), axis=-1).reshape(-1, 2)
+    poses = np.stack(np.meshgrid(*(side.distinct for side in sides)), axis=-1).reshape(-1, 2)
     near = apart[tuple(side.dipole[k] for side, k in zip(sides, poses.T, strict=True))]
     poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
     force = gradient = pull = 0.0

@@ -11,7 +11,7 @@ volume. The shape of a capsule or cylinder counts with its whole length. A plane
 
 import math
 
-from numba import njit
+from numba.extending import register_jitable
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.couplings import coupling_of
@@ -131,7 +131,7 @@ def _ellipsoid(geom, m, offsets):
     return ellipsoid(shape, size[0], size[1], size[2])
 
 
-@njit
+@register_jitable
 def ellipsoid(shape, a, b, c):
     """Return the same by the type and the size of a geom."""
     if shape == SPHERE:
