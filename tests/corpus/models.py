@@ -110,7 +110,12 @@ def magnetize(
     # The callback wakes what sleeps, the plugin does not.
     spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     bodies = {body.id: body for body in spec.bodies}
-    for body in chosen_bodies(model, rng):
+    chosen = chosen_bodies(model, rng)
+    for one, other in touching(model, chosen):  # an error if they overlap at the start
+        for body in (one, other):
+            bodies[body].name = bodies[body].name or f"body {body}"
+        spec.add_exclude(bodyname1=bodies[one].name, bodyname2=bodies[other].name)
+    for body in chosen:
         for _ in range(rng.integers(1, 3)):
             bodies[body].add_site(
                 pos=0.1 * model.stat.extent * rng.standard_normal(3),
@@ -138,6 +143,15 @@ def chosen_bodies(model: mujoco.MjModel, rng: np.random.Generator) -> list[int]:
     rest = np.setdiff1d(bodies, [first, second])
     more = rng.choice(rest, min(MAGNETS - 2, len(rest)), replace=False)
     return [int(body) for body in (first, second, *more)]
+
+
+def touching(model: mujoco.MjModel, bodies: list[int]) -> set[tuple[int, int]]:
+    """Bodies that touch at the start, and that belong to different ones of these rigid bodies."""
+    data, magnets = start(model), {*model.body_weldid[bodies].tolist()}
+    mujoco.mj_forward(model, data)
+    pairs = {tuple(map(int, model.geom_bodyid[contact.geom])) for contact in data.contact
+             if (contact.geom >= 0).all()}  # fmt: skip
+    return {(one, other) for one, other in pairs if {*model.body_weldid[[one, other]]} <= magnets}
 
 
 def scale(model: mujoco.MjModel) -> float:

@@ -482,6 +482,16 @@ def test_friction_that_is_not_linear_makes_the_temperature_unknown(parts, elemen
     assert f"temperature: unknown, since its friction is not linear ({element} = " in text
 
 
+def test_friction_that_is_no_number_makes_the_temperature_unknown(capsys):
+    model = mujoco.MjModel.from_xml_string(arm())
+    model.dof_damping[0] = np.nan
+    assert mm.describe(model).kT is None
+    print(mm.describe(model))
+    assert (
+        "temperature: unknown, since its friction is not a finite number" in capsys.readouterr().out
+    )
+
+
 def test_the_drag_of_a_fluid(capsys):
     """The arm's drag is 3 pi eta d (0.5 m)^2 + pi eta d^3 about its axle."""
     text = arm(damping="0").replace("<option", '<option viscosity="2"')

@@ -46,6 +46,8 @@ def temperatures(model: mujoco.MjModel) -> tuple[tuple[float, float] | None, flo
         except ValueError as error:
             return None, 0.0, f"its friction is not linear ({error})"
     damping, driven = (np.array(matrices) for matrices in zip(*pairs, strict=True))
+    if not np.isfinite(damping).all():
+        return None, 0.0, "its friction is not a finite number"
     if not driven.any():
         return None, 0.0, "noise drives no joint"
     extremes = np.array([_extremes(*pair) for pair in pairs])
