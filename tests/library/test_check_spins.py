@@ -265,7 +265,7 @@ def test_the_cheaper_remedy_is_proposed(parts, speed, integrator, step):
 
 ROTOR = """
 <mujoco>
-  <option gravity="0 0 0"/>
+  <option gravity="0 0 0">{flag}</option>
   <custom><text name="magmotor" data="dipoles {kinds}"/>{custom}</custom>
   <worldbody>
     <body name="rotor" pos="0 0 0.1">
@@ -276,11 +276,12 @@ ROTOR = """
       <site zaxis="1 0 0" user="1e-3"/>
     </body>
   </worldbody>
-  <actuator><motor joint="axle" gear="2e-2" {range}/></actuator>
+  <actuator><general joint="axle" gear="2e-2" {range}/></actuator>
 </mujoco>
 """
 OWNED = """<numeric name="field" data="1e-3 0 0"/><tuple name="field">
 <element objtype="numeric" objname="field"/><element objtype="body" objname="rotor"/></tuple>"""
+TWO_MOTORS = 'ctrlrange="-0.5 0.5"/><motor joint="axle" gear="-2e-2" ctrlrange="-0.5 0.5"'
 
 
 @pytest.mark.parametrize(
@@ -289,6 +290,11 @@ OWNED = """<numeric name="field" data="1e-3 0 0"/><tuple name="field">
         ({}, 200),
         ({"range": 'ctrlrange="-0.5 0.2"'}, 100),
         ({"range": 'ctrlrange="-1 1" forcerange="-0.3 0.3"'}, 60),
+        ({"range": 'ctrlrange="-1 1" forcerange="-0.3 0.3" gainprm="-1"'}, 60),
+        ({"range": 'ctrlrange="-0.1 0.1" biastype="affine" biasprm="-0.4"'}, 100),
+        ({"range": TWO_MOTORS}, 200),
+        ({"flag": '<flag actuation="disable"/>'}, None),
+        ({"flag": '<flag clampctrl="disable"/>'}, None),
         ({"moment": 0, "kinds": "fields", "custom": OWNED}, 200),
         ({"axis": "0 0 1"}, None),
         ({"joint": '<joint axis="0 0 1"/>'}, None),
@@ -297,7 +303,7 @@ OWNED = """<numeric name="field" data="1e-3 0 0"/><tuple name="field">
 )
 def test_magnets_that_follow_what_an_actuator_turns(parts, speed):
     text = {"kinds": "", "custom": "", "axis": "1 0 0", "moment": 1e-3, "joint": FREE,
-            "range": 'ctrlrange="-1 1"'} | parts  # fmt: skip
+            "range": 'ctrlrange="-1 1"', "flag": ""} | parts  # fmt: skip
     model = mujoco.MjModel.from_xml_string(ROTOR.format(**text))
     found = [each for each in mm.check(model).findings if "wobble" in each]
     assert len(found) == (speed is not None)

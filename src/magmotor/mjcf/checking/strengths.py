@@ -17,7 +17,7 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
-from magmotor.mjcf.lookup import disabled, given_name, label
+from magmotor.mjcf.lookup import control_of, disabled, given_name, label
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 
@@ -116,7 +116,7 @@ def _drives(
             own = np.array([number]) if kind == SITE else model.site_bodyid == number
             if kind == ACTUATOR:
                 largest, driver = drive_limit(model, number, prm), number
-                actuator = number if _largest_drive(model, number, prm) == math.inf else -1
+                actuator = number if largest_drive(model, number, prm) == math.inf else -1
             else:
                 drives[own], unbounded[own], coils[own] = largest, actuator, driver
     return drives, unbounded, coils
@@ -124,14 +124,14 @@ def _drives(
 
 def drive_limit(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
     """Return the largest drive that a coil or a field can have, or 1 if nothing bounds it."""
-    largest = _largest_drive(model, actuator, saturation)
+    largest = largest_drive(model, actuator, saturation)
     return 1.0 if largest == math.inf else largest
 
 
-def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
+def largest_drive(model: mujoco.MjModel, actuator: int, saturation: float = 0.0) -> float:
     """Return the largest drive that an actuator allows, infinite if nothing bounds it."""
     largest, dynamics = math.inf, int(model.actuator_dyntype[actuator])
-    control = model.actuator_ctrladr[actuator] if hasattr(model, "actuator_ctrladr") else actuator
+    control = control_of(model, actuator)
     clamped = model.actuator_ctrllimited[control] and not disabled(model, "clampctrl")
     if clamped and dynamics in FOLLOWING:
         largest = abs(model.actuator_ctrlrange[control]).max()
