@@ -230,7 +230,7 @@ def test_a_spinning_magnet_stays_upright_with_what_is_proposed():
     assert largest_tilt(model) > 90
     found = mm.check(model)
     (finding,) = found.findings
-    assert finding.startswith("body 'top' spins with 157 rad/s in keyframe 'spin'")
+    assert finding.startswith("body 'top' spins at 157 rad/s in keyframe 'spin'")
     assert finding.endswith("take the integrator RK4 or a timestep of at most 9.1e-06 s")
     assert (found.integrator, found.timestep) == ("RK4", 2e-3)
     assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
@@ -309,5 +309,5 @@ def test_magnets_that_follow_what_an_actuator_turns(parts, speed):
     assert len(found) == (speed is not None)
     if speed:
         assert found[0].startswith(
-            f"body 'disk' can spin with {speed} rad/s as it follows a magnet"
+            f"body 'disk' can spin at {speed} rad/s as it follows a magnet"
         )

@@ -182,18 +182,21 @@ class Survey:
         advice.ranges = dict(zip(names, own.tolist(), strict=True))
         still = [name for name, size in advice.ranges.items() if math.isinf(size)]
         if still:
-            little = "moves by less than a thousandth of what moves most"
-            advice.notes += (f"not judged, since it {little}: {listed(still)}",)
+            little = "what moves by less than a thousandth of what moves most"
+            advice.notes += (f"{little} is not judged: {listed(still)}",)
         unturned = quantity.unturned(truth.path.values[: last + 1])
         if unturned:
-            seen = f"did not come back within {advice.horizon:.3g} s, so that its range and errors"
-            advice.notes += (f"{seen} may be larger over a longer duration: {listed(unturned)}",)
+            advice.notes += (
+                f"the range and the errors of what did not come back within {advice.horizon:.3g} s"
+                f" may be larger over a longer duration: {listed(unturned)}",
+            )
         doubts = over(truth.doubt[last], ranges)
         if doubts[0] <= TRUSTED * advice.error < advice.doubt:
-            least = f"the reference is uncertain by {percent(advice.doubt)} of its own range for"
             worst = names[int(doubts[-len(names) :].argmax())]
-            hint = "every_element=False asks only for the whole"
-            advice.notes += (f"{least} {worst}; {hint}",)
+            advice.notes += (
+                f"the reference is uncertain by {percent(advice.doubt)} of the range of {worst};"
+                " every_element=False asks only for the whole",
+            )
 
     def _compare_ensembles(self) -> None:
         """Compare ensembles with one at a quarter of the model's timestep."""
