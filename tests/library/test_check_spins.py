@@ -308,6 +308,4 @@ def test_magnets_that_follow_what_an_actuator_turns(parts, speed):
     found = [each for each in mm.check(model).findings if "wobble" in each]
     assert len(found) == (speed is not None)
     if speed:
-        assert found[0].startswith(
-            f"body 'disk' can spin at {speed} rad/s as it follows a magnet"
-        )
+        assert found[0].startswith(f"body 'disk' can spin at {speed} rad/s as it follows a magnet")

@@ -186,17 +186,15 @@ class Survey:
             advice.notes += (f"{little} is not judged: {listed(still)}",)
         unturned = quantity.unturned(truth.path.values[: last + 1])
         if unturned:
-            advice.notes += (
+            what = (
                 f"the range and the errors of what did not come back within {advice.horizon:.3g} s"
-                f" may be larger over a longer duration: {listed(unturned)}",
             )
+            advice.notes += (f"{what} may be larger over a longer duration: {listed(unturned)}",)
         doubts = over(truth.doubt[last], ranges)
         if doubts[0] <= TRUSTED * advice.error < advice.doubt:
             worst = names[int(doubts[-len(names) :].argmax())]
-            advice.notes += (
-                f"the reference is uncertain by {percent(advice.doubt)} of the range of {worst};"
-                " every_element=False asks only for the whole",
-            )
+            doubt = f"the reference is uncertain by {percent(advice.doubt)} of the range of {worst}"
+            advice.notes += (f"{doubt}; every_element=False asks only for the whole",)
 
     def _compare_ensembles(self) -> None:
         """Compare ensembles with one at a quarter of the model's timestep."""

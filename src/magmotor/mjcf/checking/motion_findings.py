@@ -125,8 +125,8 @@ def unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failur
     yield Failure(
         label(model, "body", spin.body),
         f"{spin.verb} at {spin.speed:.3g} rad/s{spin.where}, and its wobble {change} by a factor"
-        f" of e within {1 / abs(spin.rate):.2g} s, since the integrator {spin.integrator} {why}; take"
-        f" {' or '.join(remedies) or 'a shorter timestep'}",
+        f" of e within {1 / abs(spin.rate):.2g} s, since the integrator {spin.integrator} {why};"
+        f" take {' or '.join(remedies) or 'a shorter timestep'}",
         spin.number,
         timestep if timestep > least else math.inf,
         integrator="RK4" if cheaper else "",

@@ -360,7 +360,7 @@ class Langevin(Thermostat):
         if any(self.kT.values()):
             forces = None if "S" in self._scheme.parts else self.forces
             start = self._start(initial)
-            for warning in unsettled(
+            if warning := unsettled(
                 self.model, start, self._friction, self._scheme, forces, settle, nstep
             ):
                 warnings.warn(warning, stacklevel=2)
