@@ -15,8 +15,9 @@ from magmotor.mjcf.checking.motion_findings import far_magnets, fast_magnets, un
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.declared import with_kind
-from magmotor.mjcf.describe import SKIPPED, Description, described, weighed
+from magmotor.mjcf.describe import Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
+from magmotor.mjcf.idle import SKIPPED
 from magmotor.mjcf.langevin.temperature import MATCH
 from magmotor.mjcf.lookup import disabled, label
 
