@@ -196,6 +196,13 @@ def test_spins_that_stay_are_no_finding(parts, spin):
     assert abs(data.qvel).max() < 1.01 * before
 
 
+def test_joints_that_move_alike_are_left_out():
+    """Their inertia is singular."""
+    joints = 2 * '<joint axis="0 0 1"/>' + '<joint axis="1 0 0"/><joint axis="0 1 0"/>'
+    model = load(joint=joints)
+    assert not unkept_spin(model, spinning(model, (10, 20, 30, 40)))
+
+
 CASE = """
 <mujoco>
   <option gravity="0 0 0"/>

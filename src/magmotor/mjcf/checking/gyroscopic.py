@@ -165,7 +165,8 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
         mass, slope, response = (part[own, :count] for part in (inertia, slopes, responses))
         moves = qvel[own].any() and np.linalg.matrix_rank(data.cdof[own, :3]) == 3
         rigid = RIGID.get(int(model.jnt_type[model.dof_jntid[start]])) == count
-        if np.isfinite([mass, slope, response]).all():
+        finite = np.isfinite([mass, slope, response]).all()
+        if finite and np.linalg.matrix_rank(mass) == count:  # less if joints move alike
             found.append(Tree(number, qvel[own], mass, slope, response, bool(moves), rigid))
     return found
 
