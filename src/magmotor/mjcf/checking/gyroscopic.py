@@ -163,7 +163,7 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
         rigid = RIGID.get(int(model.jnt_type[model.dof_jntid[start]])) == count
         finite = np.isfinite([mass, slope, response]).all()
         if finite and np.linalg.matrix_rank(mass) == count:  # less if joints move alike
-            matrix = np.linalg.solve(mass, slope)
+            matrix = np.asarray(np.linalg.solve(mass, slope), float)
             found.append(Tree(number, qvel[own], mass, matrix, response, bool(moves), rigid))
     return found
 
