@@ -41,7 +41,7 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
     if pair.wide >= 0:
         yield Failure(
             label(model, "geom", pair.wide),
-            "of iron reaches farther from its center than the nearest dipole can be, so that"
+            "of iron extends beyond the closest distance of a dipole to its center, so that"
             " one dipole does not describe it, and the force is wrong there, often many times"
             " too strong or too weak; for a wide surface that is fixed to the world, take a"
             " plane of iron",
@@ -51,7 +51,7 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
 def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
     why = "a dipole is on or outside the surface of its body's colliding geoms"
     if not len(pair.touching):
-        why = "their geoms do not collide"
+        why = "no geoms of theirs collide"
     if pair.soft_limit >= 0:
         why += f" and the limit of {label(model, 'joint', pair.soft_limit)} is too soft"
     where = "a dipole is in the plane of iron" if _has_plane(pair) else "their dipoles coincide"
