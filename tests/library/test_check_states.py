@@ -228,9 +228,9 @@ PIECE = """
 ])  # fmt: skip
 def test_iron_that_is_wider_than_its_distance(kind, size, wide):
     model = mujoco.MjModel.from_xml_string(PIECE.format(kind, size))
-    found = [each for each in mm.check(model).findings if "of iron reaches farther" in each]
+    found = [each for each in mm.check(model).findings if "of iron extends beyond" in each]
     assert len(found) == wide
-    assert all(each.startswith("geom 'piece' of iron reaches farther") for each in found)
+    assert all(each.startswith("geom 'piece' of iron extends beyond") for each in found)
     assert all("too strong or too weak" in each for each in found)
 
 
