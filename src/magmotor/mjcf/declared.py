@@ -86,8 +86,8 @@ def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
     """Return the actuator and the number of dipoles of each coil, by the name of its tuple."""
     found = {}
     for name, elements in tuples(model, "coil"):
-        sites = _sites(model, elements)
-        dipoles = sites & (model.site_user[:, 0] != 0) if model.nuser_site else sites & False
+        sites = sites_of(model, elements)
+        dipoles = sites & (site_moments(model) != 0)
         actuator = next(number for kind, number, _ in elements if kind == ACTUATOR)
         found[name] = name_of(model, "actuator", actuator), int(dipoles.sum())
     return found
@@ -96,10 +96,10 @@ def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
 def coil_sites(model: mujoco.MjModel) -> NDArray[np.bool_]:
     """Return which sites belong to coils."""
     every = (element for _, elements in tuples(model, "coil") for element in elements)
-    return _sites(model, every)
+    return sites_of(model, every)
 
 
-def _sites(model: mujoco.MjModel, elements: Iterable[Element]) -> NDArray[np.bool_]:
+def sites_of(model: mujoco.MjModel, elements: Iterable[Element]) -> NDArray[np.bool_]:
     """Return which sites are among the elements of tuples, or belong to a body among them."""
     sites = np.zeros(model.nsite, bool)
     for kind, number, _ in elements:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
+from magmotor.mjcf.declared import GEOM, NUMERIC, sites_of, tuples
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
@@ -111,14 +111,10 @@ def _drives(
     """
     drives, (unbounded, coils) = np.ones(model.nsite), np.full((2, model.nsite), -1)
     for _, elements in tuples(model, "coil") if kinds & COILS else ():
-        largest, actuator, driver = 1.0, -1, -1
-        for kind, number, prm in elements:
-            own = np.array([number]) if kind == SITE else model.site_bodyid == number
-            if kind == ACTUATOR:
-                largest, driver = drive_limit(model, number, prm), number
-                actuator = number if largest_drive(model, number, prm) == math.inf else -1
-            else:
-                drives[own], unbounded[own], coils[own] = largest, actuator, driver
+        _, actuator, saturation = elements[0]
+        own, largest = sites_of(model, elements), largest_drive(model, actuator, saturation)
+        drives[own], coils[own] = drive_limit(model, actuator, saturation), actuator
+        unbounded[own] = actuator if largest == math.inf else -1
     return drives, unbounded, coils
 
 
