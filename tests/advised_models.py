@@ -19,34 +19,22 @@ OSCILLATOR = """
 </mujoco>
 """
 
-PENDULUM = """
+_TWO_LINKS = """
 <mujoco>
   <option timestep="0.005"/>
   <worldbody>
     <body>
       <joint name="one" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
       <body pos="0 0 -.5">
-        <joint name="two" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
+        <joint name="two" axis="0 1 0" stiffness="{}"/>
+        <geom type="capsule" fromto="0 0 0 0 0 {}" size="{}"/>
       </body>
     </body>
   </worldbody>
 </mujoco>
 """
-
-WHIP = """
-<mujoco>
-  <option timestep="0.005"/>
-  <worldbody>
-    <body>
-      <joint name="one" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
-      <body pos="0 0 -.5">
-        <joint name="two" axis="0 1 0" stiffness="0.15"/>
-        <geom type="capsule" fromto="0 0 0 0 0 -.05" size=".01"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+PENDULUM = _TWO_LINKS.format(0, -0.5, 0.02)
+WHIP = _TWO_LINKS.format(0.15, -0.05, 0.01)
 
 LEVITRON = f"""
 <mujoco>

@@ -160,7 +160,7 @@ def test_ranges_are_those_of_a_plain_loop_and_what_was_not_seen_is_named():
     assert ranges["joint 'slide'"] == pytest.approx(2 * AMPLITUDE, rel=1e-4)
     assert ranges["joint 'slow'"] == pytest.approx(0.01, rel=1e-4)
     assert math.isinf(ranges["joint 'still'"])
-    assert "thousandth of what moves most: joint 'still'" in str(advice)
+    assert "thousandth of what moves most is not judged: joint 'still'" in str(advice)
     assert "over a longer duration: joint 'slow'" in str(advice)
 
 

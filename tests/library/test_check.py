@@ -462,12 +462,12 @@ INSIDE = '<site user="1e-3"/>'
     ("parts", "reason"),
     [
         ({}, None),
-        ({"left": 'contype="0" conaffinity="0"'}, "their geoms do not collide"),
-        ({"exclude": '<exclude body1="left" body2="right"/>'}, "their geoms do not collide"),
+        ({"left": 'contype="0" conaffinity="0"'}, "no geoms of theirs collide"),
+        ({"exclude": '<exclude body1="left" body2="right"/>'}, "no geoms of theirs collide"),
         ({"site": '<site pos="0 0 0.01" user="1e-3"/>'}, None),  # the other is 10 mm deep
         ({"site": '<site pos="0 0 0.021" user="1e-3"/>'}, "is on or outside the surface"),
         ({"joint": ""}, None),
-        ({"left": 'contype="0" conaffinity="0"', "joint": ""}, "their geoms do not collide"),
+        ({"left": 'contype="0" conaffinity="0"', "joint": ""}, "no geoms of theirs collide"),
     ],
 )
 def test_dipoles_that_no_contact_keeps_apart(parts, reason):

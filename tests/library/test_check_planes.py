@@ -235,14 +235,14 @@ def test_a_floor_above_the_plane_may_be_within_reach(lowest, pairs):
 def test_a_box_does_not_cover_the_whole_plane():
     box = '<geom type="box" size="0.05 0.05 0.01"/>'
     found = mm.check(load(height=0.03, world=box, plane='contype="0" conaffinity="0"'))
-    assert "since their geoms do not collide" in found.findings[0]
+    assert "since no geoms of theirs collide" in found.findings[0]
 
 
 @pytest.mark.parametrize(
     ("parts", "reason"),
     [
         ({}, None),
-        ({"plane": 'contype="0" conaffinity="0"'}, "their geoms do not collide"),
+        ({"plane": 'contype="0" conaffinity="0"'}, "no geoms of theirs collide"),
         ({"points": [(0, 0, -1.1)]}, "is on or outside the surface"),
         # A floor 2 mm above keeps magnets away.
         ({"plane": 'contype="0" conaffinity="0"',

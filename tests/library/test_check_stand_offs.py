@@ -104,7 +104,7 @@ def test_a_chassis_without_wheels_is_found():
 
 def test_a_wall_of_boxes_is_wide_and_no_force_is_said():
     (finding,) = mm.check(robot(wall=SLAB)).findings
-    assert finding.startswith("geom 'wall' of iron reaches farther")
+    assert finding.startswith("geom 'wall' of iron extends beyond")
     assert "too strong or too weak" in finding
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf.checking import touch
+from magmotor.mjcf.checking import side
 
 PLACED = """
 <mujoco>
@@ -124,7 +124,7 @@ def test_numbers_that_overflow_are_a_finding(number, custom, actuator, moment):
 
 def test_the_work_for_pieces_of_iron_grows_as_their_number(monkeypatch):
     """400 pieces on one body took minutes, since each was compared with all pairs of others."""
-    counts, depth = [], touch.depth_and_normal
+    counts, depth = [], side.depth_and_normal
     element = '<element objtype="geom" objname="{}"/>'
     geom = '<geom name="{}" type="box" size=".005 .005 .005" pos="0 {} 0"/>'
     magnet = '<body pos="0 0 .1"><freejoint/><geom size=".005"/><site user=".5"/></body>'
@@ -135,7 +135,7 @@ def test_the_work_for_pieces_of_iron_grows_as_their_number(monkeypatch):
             calls.append(len(arguments[-1]))
             return depth(*arguments)
 
-        monkeypatch.setattr(touch, "depth_and_normal", count)
+        monkeypatch.setattr(side, "depth_and_normal", count)
         geoms = "".join(geom.format(k, 0.02 * k) for k in range(number))
         text = BAR.format("".join(element.format(k) for k in range(number)), geoms)
         text = text.replace("iron fields", "iron dipoles fields")
@@ -228,9 +228,9 @@ PIECE = """
 ])  # fmt: skip
 def test_iron_that_is_wider_than_its_distance(kind, size, wide):
     model = mujoco.MjModel.from_xml_string(PIECE.format(kind, size))
-    found = [each for each in mm.check(model).findings if "of iron reaches farther" in each]
+    found = [each for each in mm.check(model).findings if "of iron extends beyond" in each]
     assert len(found) == wide
-    assert all(each.startswith("geom 'piece' of iron reaches farther") for each in found)
+    assert all(each.startswith("geom 'piece' of iron extends beyond") for each in found)
     assert all("too strong or too weak" in each for each in found)
 
 

@@ -673,7 +673,7 @@ LINES = {
     ),
     "a prefix of a coupling": (
         [f"</worldbody><custom><tuple name='a_coupling'>{WORLD}</tuple></custom><worldbody>"],
-        "not acting: tuple 'a_coupling', since the name of a coupling starts with coupling",
+        "not acting: tuple 'a_coupling', since only names that start with coupling count",
     ),
     "a prefix of a mark": (
         ["</worldbody><custom><text name='a/magmotor' data='all'/></custom><worldbody>"],
@@ -681,7 +681,7 @@ LINES = {
     ),
     "a prefix of a field": (
         [declared("<numeric name='a_field' data='0 0 1'/>")],
-        "not acting: numeric 'a_field', since the name of a field starts with field",
+        "not acting: numeric 'a_field', since only names that start with field count",
     ),
     "a tuple on a field": (
         [declared(f"<numeric name='field_a' data='0 0 1'/><tuple name='carrier'>{ON_A}</tuple>")],

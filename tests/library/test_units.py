@@ -297,7 +297,7 @@ def test_check_finds_the_same_in_all_units(u, capsys):
     """Units of time are powers of ten, so that rounded settings differ by the unit only."""
     expected, found = checked(SI, capsys), checked(u, capsys)
     assert len(expected.findings) >= 5
-    assert any("spins with 100 rad/s" in finding for finding in expected.findings)
+    assert any("spins at 100 rad/s" in finding for finding in expected.findings)
     assert without_numbers(found.findings) == without_numbers(expected.findings)
     assert found.timestep * u.time == pytest.approx(expected.timestep, rel=3e-15)  # 1e-16
     for name, (constant, _) in expected.solref.items():

@@ -13,7 +13,7 @@ import magmotor_plugin
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declared import name_of
 from magmotor.mjcf.forces.marks import DIPOLES
-from magmotor.mjcf.lookup import disabled, given_name
+from magmotor.mjcf.lookup import disabled, number_of
 
 Numbers = NDArray[np.integer]
 
@@ -207,13 +207,13 @@ def _contacts(model: mujoco.MjModel, seen: Seen) -> Iterator[Feature]:
 
 def _tolerance(model: mujoco.MjModel) -> Iterator[Feature]:
     """Yield a tenfold tolerance of the forces between dipoles, if the model declares one."""
-    for k in range(model.nnumeric):
-        if given_name(model, "numeric", k) == "magnetic_tolerance" and dipoles(model).size:
-            where = int(model.numeric_adr[k])
-            value = min(10 * float(model.numeric_data[where]), LARGEST_TOLERANCE)
-            if value > model.numeric_data[where]:
-                what = f'numeric name="magnetic_tolerance" data="{value:g}"'
-                yield Feature(what, partial(_put, where, value))
+    k = number_of(model, "numeric", "magnetic_tolerance")
+    if k >= 0 and dipoles(model).size:
+        where = int(model.numeric_adr[k])
+        value = min(10 * float(model.numeric_data[where]), LARGEST_TOLERANCE)
+        if value > model.numeric_data[where]:
+            what = f'numeric name="magnetic_tolerance" data="{value:g}"'
+            yield Feature(what, partial(_put, where, value))
 
 
 def _successive(levels: Sequence[Feature]) -> Iterator[Feature]:

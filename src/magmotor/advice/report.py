@@ -9,7 +9,7 @@ from magmotor.advice.measure import USELESS
 from magmotor.advice.points import MARGIN, Point
 from magmotor.advice.stability import Limit
 from magmotor.advice.statistics import REPLICAS, Statistic, certain
-from magmotor.mjcf.describe import listed
+from magmotor.mjcf.idle import listed
 
 if TYPE_CHECKING:
     from magmotor.advice.advice import Advice

@@ -21,7 +21,7 @@ from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics import errors
 from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
-from magmotor.mjcf.describe import listed
+from magmotor.mjcf.idle import listed
 
 PERTURBATION = 1e-7
 """Change of the initial velocities, over the fastest one, of which the growth is measured."""
@@ -182,18 +182,19 @@ class Survey:
         advice.ranges = dict(zip(names, own.tolist(), strict=True))
         still = [name for name, size in advice.ranges.items() if math.isinf(size)]
         if still:
-            little = "moves by less than a thousandth of what moves most"
-            advice.notes += (f"not judged, since it {little}: {listed(still)}",)
+            little = "what moves by less than a thousandth of what moves most"
+            advice.notes += (f"{little} is not judged: {listed(still)}",)
         unturned = quantity.unturned(truth.path.values[: last + 1])
         if unturned:
-            seen = f"did not come back within {advice.horizon:.3g} s, so that its range and errors"
-            advice.notes += (f"{seen} may be larger over a longer duration: {listed(unturned)}",)
+            what = (
+                f"the range and the errors of what did not come back within {advice.horizon:.3g} s"
+            )
+            advice.notes += (f"{what} may be larger over a longer duration: {listed(unturned)}",)
         doubts = over(truth.doubt[last], ranges)
         if doubts[0] <= TRUSTED * advice.error < advice.doubt:
-            least = f"the reference is uncertain by {percent(advice.doubt)} of its own range for"
             worst = names[int(doubts[-len(names) :].argmax())]
-            hint = "every_element=False asks only for the whole"
-            advice.notes += (f"{least} {worst}; {hint}",)
+            doubt = f"the reference is uncertain by {percent(advice.doubt)} of the range of {worst}"
+            advice.notes += (f"{doubt}; every_element=False asks only for the whole",)
 
     def _compare_ensembles(self) -> None:
         """Compare ensembles with one at a quarter of the model's timestep."""

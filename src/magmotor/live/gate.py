@@ -21,7 +21,7 @@ CAMERA = {"wxyz": 4, "position": 3, "look_at": 3, "up_direction": 3, "fov": 0, "
           "image_height": 0, "image_width": 0}  # fmt: skip
 """Numbers of a camera and the lengths of its lists."""
 
-CLOSED = "This page opens only by an address or a name of the computer that serves it.\n"
+CLOSED = "This page opens only at an address or a name of the computer that serves it.\n"
 
 
 class Gate:

@@ -3,8 +3,7 @@
 All of them apply the same forces. The callback overwrites `xfrc_applied`, where one can see them;
 the plugin adds them to `qfrc_passive`, and leaves `xfrc_applied` and the callback to the user.
 
-The callback calls the user's first. In `notes` of mjData, it keeps the time, and for each body a
-checksum of its wrench: one that has changed since, and is overwritten, was set by the user.
+The callback calls the user's first.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -20,10 +19,7 @@ from numba import types
 
 import magmotor_plugin
 from magmotor.mjcf import binding, errors, layout, memory, messages, sentences
-from magmotor.mjcf.forces.all_forces import (
-    apply_forces,
-    first_error,
-)
+from magmotor.mjcf.forces.all_forces import apply_forces, first_error
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     in_later_stage,
@@ -55,7 +51,8 @@ from magmotor.mjcf.forces.valid_indices import (
     stays_readable,
 )
 from magmotor.mjcf.hooks import errors_raised
-from magmotor.mjcf.reports import report, warn_of_misnamed, warn_of_motion, warn_of_overwritten
+from magmotor.mjcf.overwritten import note_others, note_ours
+from magmotor.mjcf.reports import report, warn_of_misnamed, warn_of_motion
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -75,9 +72,6 @@ DISABLE_SPRING, DISABLE_DAMPER, ENABLE_SLEEP = 1 << 5, 1 << 6, 1 << 4
 
 BAD_POSITION = 3
 """mjWARN_BADQPOS."""
-
-WEIGHTS = tuple(int(memory.MULTIPLIER) * k % 2**62 | 1 for k in range(1, 7))
-"""Odd numbers by which the words of a wrench enter its checksum."""
 
 _word, _int = types.int64, types.int32
 _apply_wrench = types.ExternalFunction(
@@ -141,26 +135,6 @@ def _read(checksum: int, offsets: layout.Layout):
     return read
 
 
-def note_wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Note what a thermostat left in `xfrc_applied`, which a block must not take for others'."""
-    _note(layout.current())(model._address, data._address)
-
-
-@compiled_once(error_model="numpy")
-def _note(checksum: int, offsets: layout.Layout):
-    """Define `note_wrenches` for one layout of the structs."""
-
-    def note(model, data):
-        _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        d = memory.words(data, memory.UNBOUNDED)
-        notes = _notes(m, d, offsets)
-        for body in range(1, len(notes)):
-            notes[body] = _checksum(d[offsets.xfrc_applied // 8], body)
-
-    return note
-
-
 def prepare(model: int, data: int, instance: int) -> None:
     """Do what the plugin's `init` does for an mjData, except for notices; `reset` raises errors.
 
@@ -216,7 +190,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             # Finite differences may keep the passive forces, which then contain ours already.
             _compute_passive(model, data)
         generalized = d[offsets.qfrc_passive // 8]
-        _note_others(m, d, offsets)
+        note_others(m, d, offsets)
         acting = apply_forces(model, data, kinds, wrenches, generalized, stage, place)
         if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
@@ -227,7 +201,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             _clear(memory.numbers(wrenches, m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, stage)
             return
-        _note_ours(m, d, offsets)
+        note_ours(m, d, offsets)
         if kinds & UNMARKED and is_at_start(data, offsets):
             warn_of_misnamed(m, offsets)
         if acting > 0:
@@ -443,64 +417,6 @@ def _clear(applied):
     for body in range(len(applied)):
         for k in range(6):
             applied[body, k] = 0.0
-
-
-@subroutine
-def _note_others(m, d, offsets):
-    """Note the checksum of each wrench that differs from what was noted, else 0."""
-    notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
-    for body in range(1, len(notes)):
-        found = _checksum(wrenches, body)
-        notes[body] = found if found != notes[body] else 0
-
-
-@subroutine
-def _note_ours(m, d, offsets):
-    """Note the checksum of each wrench, and report a body whose noted wrench was overwritten."""
-    notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
-    time = memory.words(d.ctypes.data + offsets.time, 1)[0]
-    lost = 0
-    for body in range(1, len(notes)):
-        left = _checksum(wrenches, body)
-        if notes[body] != 0 and notes[body] != left:
-            lost = body
-        notes[body] = left
-    if lost > 0 and time >= notes[0] and _continues(m, d, offsets):
-        warn_of_overwritten(lost, m.ctypes.data)
-    notes[0] = time
-
-
-@subroutine
-def _notes(m, d, offsets):
-    """Return the words of mjData for notes: the time, and a checksum for each body from 1 on."""
-    return memory.words(d.ctypes.data + offsets.notes, min(m[offsets.nbody // 8], layout.NOTES))
-
-
-@subroutine(forceinline=True)
-def _checksum(wrenches, body):
-    """Return a number that tells the wrench of a body from others; 0 without a wrench."""
-    words = memory.words(wrenches + 48 * body, 6)
-    total = 0
-    for k in range(6):
-        total += words[k] * WEIGHTS[k]
-    return total
-
-
-@subroutine
-def _continues(m, d, offsets):
-    """Whether the state of `mjData` follows from its last step; else wrenches came with it.
-
-    MuJoCo keeps the accelerations of that step: RK4 those of the last stage, before contacts.
-    """
-    nv = m[offsets.nv // 8]
-    kept = memory.words(d[offsets.qacc_warmstart // 8], nv)
-    found = memory.words(d[offsets.qacc // 8], nv)
-    smooth = memory.words(d[offsets.qacc_smooth // 8], nv)
-    same = same_smooth = True
-    for k in range(nv):
-        same = same and kept[k] == found[k]
-        same_smooth = same_smooth and kept[k] == smooth[k]
-    return same or same_smooth
 
 
 @subroutine

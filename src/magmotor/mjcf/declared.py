@@ -1,5 +1,6 @@
 """What a model declares: couplings, fields, coils, iron and magnetometers, by name."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 
 import mujoco
@@ -7,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import magmotor_plugin
+from magmotor.common.arrays import Array
 from magmotor.mjcf.forces.fields import GRADIENT, UNIFORM
 from magmotor.mjcf.lookup import given_name
 
@@ -44,7 +46,7 @@ def fields(model: mujoco.MjModel) -> dict[str, str]:
     found = {}
     for k in range(model.nnumeric):
         name = given_name(model, "numeric", k)
-        if name.startswith("field"):
+        if is_field(model, k):
             size, first = int(model.numeric_size[k]), int(model.numeric_adr[k])
             nodes = model.numeric_data[first : first + 3]
             kind = {UNIFORM: "uniform", GRADIENT: "gradient"}.get(size)
@@ -84,8 +86,8 @@ def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
     """Return the actuator and the number of dipoles of each coil, by the name of its tuple."""
     found = {}
     for name, elements in tuples(model, "coil"):
-        sites = _sites(model, elements)
-        dipoles = sites & (model.site_user[:, 0] != 0) if model.nuser_site else sites & False
+        sites = sites_of(model, elements)
+        dipoles = sites & (site_moments(model) != 0)
         actuator = next(number for kind, number, _ in elements if kind == ACTUATOR)
         found[name] = name_of(model, "actuator", actuator), int(dipoles.sum())
     return found
@@ -94,10 +96,10 @@ def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
 def coil_sites(model: mujoco.MjModel) -> NDArray[np.bool_]:
     """Return which sites belong to coils."""
     every = (element for _, elements in tuples(model, "coil") for element in elements)
-    return _sites(model, every)
+    return sites_of(model, every)
 
 
-def _sites(model: mujoco.MjModel, elements: Iterable[Element]) -> NDArray[np.bool_]:
+def sites_of(model: mujoco.MjModel, elements: Iterable[Element]) -> NDArray[np.bool_]:
     """Return which sites are among the elements of tuples, or belong to a body among them."""
     sites = np.zeros(model.nsite, bool)
     for kind, number, _ in elements:
@@ -149,3 +151,24 @@ def iron(model: mujoco.MjModel) -> dict[int, float]:
         susceptibility = float(model.numeric_data[model.numeric_adr[material]])
         found |= {number: susceptibility for kind, number, _ in elements if kind == GEOM}
     return found
+
+
+def has_plugin(model: mujoco.MjModel) -> bool:
+    """Whether a model has the plugin that applies the forces."""
+    return bool((model.plugin == magmotor_plugin.register()).any())
+
+
+def site_moments(model: mujoco.MjModel) -> Array:
+    """Return the first user number of each site, zero where there is none."""
+    return model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
+
+
+def dipole_counts(model: mujoco.MjModel) -> dict[int, int]:
+    """Return the number of dipoles by body."""
+    sites = np.flatnonzero(site_moments(model))
+    return dict(sorted(Counter(model.site_bodyid[sites].tolist()).items()))
+
+
+def can_move(model: mujoco.MjModel, body: int) -> bool:
+    """Whether the rigid body to which a body belongs has joints."""
+    return bool(model.body_dofnum[model.body_weldid[body]])

@@ -2,7 +2,6 @@
 
 import sys
 import warnings
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -15,20 +14,20 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declared import name_of, with_kind
+from magmotor.mjcf.declared import (
+    can_move,
+    dipole_counts,
+    has_plugin,
+    name_of,
+    site_moments,
+    with_kind,
+)
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.marks import UNMARKED, WORDS
+from magmotor.mjcf.idle import LISTED, idle_elements, listed
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
-from magmotor.mjcf.lookup import disabled
-from magmotor.mjcf.sentences import MARK_NAME, ONLY_NAME, resembles_mark
 from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, doubts, is_si, own_units
-
-PREFIXES = ("coupling", "field", "coil", "iron")
-"""How the names of tuples start that declare something."""
-
-NUMERICS = ("field", "magnetic_tolerance", "magnetic_constant")
-"""The same of numerics."""
 
 HUGE = 1e3
 """From which moment in A m^2 a site has it by mistake."""
@@ -38,14 +37,8 @@ FORCES = magmotor_plugin.FORCES.decode()
 ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
 """Modules of other engines for MuJoCo's models, and their names."""
 
-SKIPPED = "since MuJoCo skips it while the flag actuation is disabled"
-"""Why `magnetism` does nothing with some models."""
-
 OF_PLANETS = 1e15
 """From which moment in A m^2 a site that cannot move stands for a planet."""
-
-LISTED = 8
-"""Largest number of bodies, pairs or joints that the text lists."""
 
 
 @dataclass(frozen=True)
@@ -218,7 +211,7 @@ def described(model: mujoco.MjModel) -> Description:
     """Return what of magmotor acts on a model; see `describe`."""
     kinds = acting_forces(model)
     named = [word for word, bit in WORDS.items() if word != "all" and kinds & bit]
-    bodies = _dipoles(model) if "dipoles" in named else {}
+    bodies = dipole_counts(model) if "dipoles" in named else {}
     fields = declared.fields(model) if "fields" in named else {}
     iron = declared.iron(model) if "iron" in named else {}
     magnetized = [geom for geom, susceptibility in iron.items() if susceptibility]
@@ -232,7 +225,7 @@ def described(model: mujoco.MjModel) -> Description:
         warnings.simplefilter("ignore")  # of the plugin, which says the same as `idle`
         kT, mismatch, unknown = temperatures(model) if noise else (None, 0.0, "")
     huge = _huge(model) if "dipoles" in named and is_si(model) else {}
-    moments = _moments(model) if "dipoles" in named else np.zeros(model.nsite)
+    moments = site_moments(model) if "dipoles" in named else np.zeros(model.nsite)
     acts = {
         "dipoles": bodies and acting,
         "couplings": pairs and "couplings" in named and any(declared.tuples(model, "coupling")),
@@ -245,7 +238,7 @@ def described(model: mujoco.MjModel) -> Description:
     return Description(
         acting=tuple(word for word, exists in acts.items() if exists),
         marked=not kinds & UNMARKED,
-        plugin=_has_plugin(model),
+        plugin=has_plugin(model),
         dipoles={name_of(model, "body", body): count for body, count in bodies.items()},
         pairs=pairs,
         noise=noise,
@@ -261,7 +254,7 @@ def described(model: mujoco.MjModel) -> Description:
         dry_friction=tuple(dry_joints(model)),
         huge=huge,
         units=own_units(model) or (*doubts(model, moments, magnets),),
-        idle=tuple(_idle(model, named, bool(kinds & UNMARKED), acting)),
+        idle=tuple(idle_elements(model, named, bool(kinds & UNMARKED), acting)),
     )
 
 
@@ -302,35 +295,13 @@ def _driven(named: Sequence[str]) -> tuple[str, ...]:
     return tuple(word.removesuffix("s") for word in named if word in ("coils", "fields"))
 
 
-def listed(entries: Iterable[str]) -> str:
-    """Return a list of names as text, which may end with the number of further ones."""
-    entries = [*entries]
-    more = [f"and {len(entries) - LISTED} more"] if len(entries) > LISTED else []
-    return ", ".join(entries[:LISTED] + more)
-
-
-def _has_plugin(model: mujoco.MjModel) -> bool:
-    return bool((model.plugin == magmotor_plugin.register()).any())
-
-
-def _moments(model: mujoco.MjModel) -> Array:
-    """Return the first user number of each site, zero where there is none."""
-    return model.site_user[:, 0] if model.nuser_site else np.zeros(model.nsite)
-
-
-def _dipoles(model: mujoco.MjModel) -> dict[int, int]:
-    """Return the number of dipoles by body."""
-    sites = np.flatnonzero(_moments(model))
-    return dict(sorted(Counter(model.site_bodyid[sites].tolist()).items()))
-
-
 def _huge(model: mujoco.MjModel) -> dict[str, float]:
     """Return moments that are probably mistakes, by site."""
-    moments = _moments(model)
+    moments = site_moments(model)
     huge = [
         site
         for site in np.flatnonzero(np.abs(moments) > HUGE).tolist()
-        if abs(moments[site]) <= OF_PLANETS or _moves(model, model.site_bodyid[site])
+        if abs(moments[site]) <= OF_PLANETS or can_move(model, model.site_bodyid[site])
     ]
     return {name_of(model, "site", site): float(moments[site]) for site in huge[:LISTED]}
 
@@ -351,10 +322,10 @@ def _meets(
     `owners` are the rigid bodies to which fields are fixed.
     """
     planes = [geom for geom in iron if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
-    moving = any(_moves(model, body) for body in bodies)
+    moving = any(can_move(model, body) for body in bodies)
     welds = {int(model.body_weldid[body]) for body in bodies}
     met = ((owner, weld) for owner in owners for weld in welds if owner != weld)
-    in_field = any(_moves(model, owner) or _moves(model, weld) for owner, weld in met)
+    in_field = any(can_move(model, owner) or can_move(model, weld) for owner, weld in met)
     return in_field or bool(planes and moving)
 
 
@@ -364,12 +335,8 @@ def _rows(model: mujoco.MjModel) -> dict[str, Array]:
     return {
         name_of(model, "body", body): wrenches[wrenches.any(axis=1)]
         for body, wrenches in enumerate(rows)
-        if wrenches.any() and _moves(model, body)
+        if wrenches.any() and can_move(model, body)
     }
-
-
-def _moves(model: mujoco.MjModel, body: int) -> bool:
-    return bool(model.body_dofnum[model.body_weldid[body]])
 
 
 def _waves(model: mujoco.MjModel) -> dict[str, Array]:
@@ -380,107 +347,3 @@ def _waves(model: mujoco.MjModel) -> dict[str, Array]:
         if terms:
             found[name_of(model, "joint", joint)] = row[: 2 * terms].copy()
     return found
-
-
-def _has_tuples(model: mujoco.MjModel, prefix: str) -> bool:
-    return any(True for _ in declared.tuples(model, prefix))
-
-
-def _idle(
-    model: mujoco.MjModel, named: Sequence[str], unmarked: bool, paired: bool
-) -> Iterator[str]:
-    """Yield what does not act, and why."""
-    present = {
-        "dipoles": ("user numbers of sites", bool(model.nuser_site and model.site_user.any())),
-        "couplings": ("tuples named coupling...", _has_tuples(model, "coupling")),
-        "noise": ("user numbers of bodies", bool(model.nuser_body and model.body_user.any())),
-        "potentials": ("user numbers of joints", bool(model.nuser_jnt and model.jnt_user.any())),
-        "fields": ("numerics named field...", bool(declared.fields(model))),
-        "coils": ("tuples named coil...", _has_tuples(model, "coil")),
-        "iron": ("tuples named iron...", _has_tuples(model, "iron")),
-    }
-    for word, (what, exists) in present.items():
-        if exists and word not in named:
-            reason = "there is no mark" if unmarked else f"the mark does not name {word}"
-            yield f"{what}, since {reason}"
-    absent = [word for word in named if not present[word][1]]
-    if absent and not unmarked and len(named) < len(present):
-        yield f"{joined(absent)}, which the mark names, since the model has none"
-    measured = bool(declared.magnetometers(model))
-    acting = ("dipoles", "noise", "potentials", "iron", *["fields"] * measured)
-    if not any(present[word][1] for word in acting):
-        yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
-    if "iron" in named and present["iron"][1] and not any(declared.iron(model).values()):
-        yield "iron, since its susceptibility is 0"
-    magnets = [word for word in ("dipoles", "iron") if word in named and present[word][1]]
-    if magnets and not paired and not measured:
-        yield from _idle_magnets(model, magnets, "fields" in named)
-        if unnumbered := _unnumbered(model):
-            yield f'{listed(unnumbered)}: a site is a dipole if it has user="MOMENT", in A m^2'
-    if "noise" in named:
-        fixed = (body for body in range(model.nbody) if not _moves(model, body))
-        driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
-        if driven:
-            yield f"noise of {listed(driven)}, since what cannot move is not driven"
-    yield from _renamed(model)
-    yield from _misplaced_fields(model)
-    if not _has_plugin(model):
-        if disabled(model, "actuation"):
-            yield f"magnetism(), {SKIPPED}"
-        return
-    if (model.plugin == magmotor_plugin.register()).sum() > 1:
-        yield "further instances of magmotor.forces, since the first one acts on the whole model"
-    if disabled(model, "spring") and disabled(model, "damper"):
-        yield "magmotor.forces, since MuJoCo skips it if flags spring and damper are both disabled"
-    if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
-        yield "magmotor.forces on sleeping bodies, which it does not wake"
-
-
-def _idle_magnets(model: mujoco.MjModel, named: Sequence[str], fields: bool) -> Iterator[str]:
-    """Yield why dipoles and iron do not act; `named` says which of them there are."""
-    bodies = [*_dipoles(model)] if "dipoles" in named else []
-    iron = [geom for geom, value in declared.iron(model).items() if value and "iron" in named]
-    bodies += model.geom_bodyid[iron].tolist()
-    if not bodies:  # iron without susceptibility
-        return
-    welds = {int(model.body_weldid[body]) for body in bodies}
-    owners = [*declared.field_owners(model).values()] if fields else []
-    what = joined([word for word in named if word == "dipoles" or iron])
-    one, fixed = len(welds) == 1, not any(_moves(model, body) for body in {*bodies, *owners})
-    if fixed and not (one and not owners):
-        yield f"the {what}, since none of their bodies can move"
-    elif one and {*owners} <= welds:
-        also = f", to which the field{'s are' if len(owners) > 1 else ' is'} fixed" * bool(owners)
-        yield f"the {what}, since all are on one rigid body{also}"
-    else:
-        yield f"the {what}, since couplings switch all pairs off (prm is 0, the default)"
-
-
-def _unnumbered(model: mujoco.MjModel) -> list[str]:
-    """Return the sites without user numbers."""
-    sites = np.flatnonzero(_moments(model) == 0).tolist()
-    return [with_kind("site", name_of(model, "site", site)) for site in sites]
-
-
-def _renamed(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield what a prefix or suffix hides, as in models that were attached to another."""
-    for kind, prefixes in (("tuple", PREFIXES), ("numeric", NUMERICS)):
-        for k in range(getattr(model, f"n{kind}")):
-            name = name_of(model, kind, k)
-            for prefix in () if name.startswith(prefixes) else prefixes:
-                if f"/{prefix}" in name or f"_{prefix}" in name:
-                    yield f"{kind} {name!r}, since the name of a {prefix} starts with {prefix}"
-    for k in range(model.ntext):
-        name = name_of(model, "text", k)
-        if resembles_mark(name) and name != MARK_NAME:
-            yield f"text {name!r}, {ONLY_NAME}"
-
-
-def _misplaced_fields(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield tuples that name a field, but are not read since their own names do not."""
-    for name, elements in declared.tuples(model, ""):
-        for kind, number, _ in elements:
-            field = name_of(model, "numeric", number) if kind == declared.NUMERIC else ""
-            if field.startswith("field") and not name.startswith(PREFIXES):
-                what = "since the name of a tuple that places or drives a field starts with field"
-                yield f"tuple {name!r} on {field!r}, {what}"

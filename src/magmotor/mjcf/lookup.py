@@ -60,6 +60,12 @@ def number_of(model: mujoco.MjModel, kind: str, name: str) -> int:
     return -1
 
 
+def control_of(model: mujoco.MjModel, actuator: int) -> int:
+    """Return the number of an actuator's first control, which is its own before MuJoCo 4."""
+    addresses = getattr(model, "actuator_ctrladr", range(model.nu))
+    return int(addresses[actuator])
+
+
 def foreign_plugins(model: mujoco.MjModel) -> int:
     """Return the number of instances of plugins that are not this package's."""
     ours = [magmotor_plugin.slot(name) for name in magmotor_plugin.NAMES]

@@ -49,8 +49,8 @@ def own_units(model: mujoco.MjModel) -> tuple[str, ...]:
     if is_si(model):
         return ()
     sentence = (
-        f"units: the model's own, in which mu0 = {magnetic_constant(model):g}; m, kg, s, N, J, T"
-        " and A m^2 stand for these"
+        f"units: the model's own, in which mu0 = {magnetic_constant(model):g}; here, m, kg, s, N,"
+        " J, T and A m^2 stand for them"
     )
     return (sentence,)
 

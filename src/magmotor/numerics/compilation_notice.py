@@ -30,11 +30,8 @@ class CompilationNotice(event.Listener):
     def __init__(self, after: float = SLOW) -> None:
         self.seconds = 0.0
         self._after, self._depth, self._began, self._printed = after, 0, 0.0, False
-        self._lock, self._ended, self._teller = (
-            threading.Lock(),
-            threading.Event(),
-            threading.Thread(),
-        )
+        self._lock, self._ended = threading.Lock(), threading.Event()
+        self._teller = threading.Thread()
         self._compiled: set[Callable] = set()
         self._expected: set[Callable] = set()
         self._elsewhere: tuple[Callable[[], int], int] = (lambda: 0), 0

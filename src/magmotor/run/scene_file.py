@@ -18,7 +18,7 @@ LARGEST = 50_000
 """Largest number of characters in a file of a scene."""
 
 _PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[\w-]+)"""
-DEEP = re.compile(rf"(?:^|[\[{{,])\s*{_PART}(?:\s*\.\s*{_PART}){{5}}", re.MULTILINE)
+DEEP = re.compile(rf"(?:^|[\[{{,])[ \t]*{_PART}(?:[ \t]*\.[ \t]*{_PART}){{5}}", re.MULTILINE)
 """A key of many tables, for which tomllib takes time in the cube of their number."""
 
 

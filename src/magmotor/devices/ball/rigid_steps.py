@@ -55,9 +55,8 @@ def angular_velocity(mu, axis, inertia, time, by_cayley):
 
 
 @subroutine(forceinline=True)
-def heat_and_work(before, after, friction, noise, increment, timestep):
+def heat_and_work(mean, friction, noise, increment, timestep):
     """Return heat c u^2 h and work alpha u dW of a step, in J, along the mean velocity u."""
-    mean = 0.5 * (before + after)
     return friction * mean * mean * timestep, noise * mean * increment
 
 
@@ -282,8 +281,8 @@ def add_heat_and_work(sums, before, after, xi, coefficients, friction, noise):
     heat, work = sums
     h, root = coefficients.timestep, math.sqrt(coefficients.timestep)
     for k in range(len(before)):
-        increment = root * xi[k]
-        taken, given = heat_and_work(before[k], after[k], friction, noise, increment, h)
+        mean = 0.5 * (before[k] + after[k])
+        taken, given = heat_and_work(mean, friction, noise, root * xi[k], h)
         heat += taken
         work += given
     return heat, work

@@ -109,7 +109,8 @@ def _by_parts(
     scene: Disk | LangevinParticle, scheme: str, timestep: float, x: Array, u: Array, dW: Array
 ) -> tuple[Array, Array]:
     """Return heat and work of steps that begin with x (R, T) and u (n, R, T): each is repeated."""
-    masses, noise, force = np.array(scene.masses), scene.noise_matrix, np.zeros_like(u)
+    masses, force = np.array(scene.masses), np.zeros_like(u)
+    arguments = masses, scene.friction_matrix, scene.noise_matrix
     heat, work = np.zeros_like(x), np.zeros_like(x)
     splitting = SPLITTINGS[scheme]
     for code, fraction in zip(splitting.parts, splitting.fractions, strict=True):
@@ -119,7 +120,6 @@ def _by_parts(
             continue
         if code in KICKS:
             force[0] = -derivative(scene.coefficients, x, 1)
-        arguments = masses, scene.friction_matrix, noise
         if code == "B":
             u = u + time * force / masses[:, np.newaxis, np.newaxis]
             continue

@@ -167,12 +167,9 @@ def _sums(checksum: int):
                         within = frictions[k] * change * change * timestep / 12.0
                     else:
                         mean, within = 0.5 * (start[k] + end[k]), 0.0
-                    heat, work = heat_and_work(
-                        mean, mean, frictions[k], noises[k], increment, timestep
-                    )
-                    heat += within
+                    heat, work = heat_and_work(mean, frictions[k], noises[k], increment, timestep)
                     body = 0 if k < 7 else 1
-                    total[body] += heat
+                    total[body] += heat + within
                     total[2 + body] += work
                 copy(sums[replica, i], total)
 

@@ -13,6 +13,7 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.describe import described, elsewhere
 from magmotor.mjcf.langevin.temperature import joined
+from magmotor.mjcf.lookup import INTEGRATORS
 from magmotor.mjcf.parts import compiled
 from magmotor.mjcf.unit_system import own_units
 
@@ -167,7 +168,7 @@ def examined(
     if fix:
         model.opt.timestep = timestep
         if integrator:
-            model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{integrator}")
+            model.opt.integrator = INTEGRATORS[integrator]
         for name, row in numbers.items():
             row[:2] = constants[name], 1.0
     return Check(

@@ -9,28 +9,29 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
+from magmotor.mjcf.checking.attraction import attraction
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
+    bounding_radii,
     contact_margin,
     geoms_of,
     numbers_of_kinds,
     rows_of_magnets,
     touching_geoms,
 )
+from magmotor.mjcf.checking.groups import groups_of_pairs
 from magmotor.mjcf.checking.limits import softest_limit
 from magmotor.mjcf.checking.reach import common_ancestor, limited_slides, reach
+from magmotor.mjcf.checking.side import Side
 from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touch import (
-    Side,
     Spacing,
-    attraction,
     closest_approach,
     closest_to_plane,
     coarsest,
 )
-from magmotor.mjcf.declared import tuples
 from magmotor.mjcf.field_and_energy import coupling_factors
 from magmotor.mjcf.forces.iron import SPHERE, ellipsoid
 
@@ -74,7 +75,7 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
     groups, built = np.full_like(touching, -1), {}
-    for k, members in enumerate(_groups(model, data, magnets, touching)):
+    for k, members in enumerate(groups_of_pairs(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
         one, other = (magnets[i] for i in members[0])
         like = geoms[groups[pairs[:, 0], pairs[:, 1]] == k]
@@ -85,76 +86,6 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
             own, like = np.vstack([own, more]), np.vstack([like, more])
         if found := _meeting(model, data, (one, other), own, built):
             yield found._replace(number=len(members), like=like)
-
-
-def _groups(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    magnets: list[Magnet],
-    touching: NDArray[np.int64],
-) -> Iterator[NDArray[np.int64]]:
-    """Yield the pairs of magnets that can come near each other, shape (n, 2), like ones together.
-
-    Only pairs of free bodies are put together, since other pairs differ in what they can reach.
-    """
-    kinds = {}
-    coupled = {body for _, elements in tuples(model, "coupling") for _, body, _ in elements}
-    kind = np.array(
-        [kinds.setdefault(_kind(model, data, magnet, coupled), len(kinds)) for magnet in magnets]
-    )
-    moves = np.array([model.body_dofnum[magnet.body] > 0 for magnet in magnets])
-    bounds = [_bound(model, data, magnet) for magnet in magnets]
-    centers, room, radii = (np.array(parts) for parts in zip(*bounds, strict=True))
-    apart = abs(centers[:, np.newaxis] - centers) - room[:, np.newaxis] - room
-    apart = np.linalg.norm(np.maximum(apart, 0), axis=2)
-    bodies = np.array([magnet.body for magnet in magnets])
-    meets = (moves[:, np.newaxis] | moves) & (bodies[:, np.newaxis] != bodies)
-    meets &= apart <= radii[:, np.newaxis] + radii
-    first, second = np.nonzero(np.triu(meets, 1))
-    if not len(first):
-        return
-    low, high = np.minimum(kind[first], kind[second]), np.maximum(kind[first], kind[second])
-    keys = np.column_stack([low, high, touching[first, second]])
-    _, group = np.unique(keys, axis=0, return_inverse=True)
-    order = np.argsort(group, kind="stable")
-    ends = np.flatnonzero(np.diff(group[order])) + 1
-    yield from np.split(np.column_stack([first, second])[order], ends)
-
-
-def _bound(
-    model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet
-) -> tuple[Array, Array, float]:
-    """Return where a magnet can be if no limits hold it: a center, its room, and a radius."""
-    geoms = np.flatnonzero(model.body_weldid[model.geom_bodyid] == magnet.body)
-    origin = data.xpos[[magnet.body]]
-    found = reach(model, data, magnet.body, 0, origin)
-    size = np.linalg.norm(magnet.positions - origin, axis=1).max()
-    if len(geoms):
-        bounds = np.linalg.norm(data.geom_xpos[geoms] - origin, axis=1) + _radii(model, geoms)
-        size = max(size, bounds.max())
-    return found.centers[0], found.links[0].room, float(found.radii[0] + size)
-
-
-def _radii(model: mujoco.MjModel, geoms: NDArray) -> Array:
-    """Return the radii of spheres around geoms, infinite for planes."""
-    return np.where(model.geom_rbound[geoms] > 0, model.geom_rbound[geoms], np.inf)
-
-
-def _kind(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, coupled: set[int]) -> tuple:
-    """Return what two free bodies have in common that behave alike; else, what is unique."""
-    body, joint = magnet.body, model.body_jntadr[magnet.body]
-    free = joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-    if not free or (model.body_rootid == body).sum() > 1 or coupled & {*magnet.bodies.tolist()}:
-        return body, magnet.images
-    geoms = np.flatnonzero(model.geom_bodyid == body)
-    frame = data.xmat[body].reshape(3, 3)
-    places = (magnet.positions - data.xpos[body]) @ frame
-    fields = [model.body_invweight0[body], places, magnet.axes @ frame, magnet.strengths,
-              magnet.responses, magnet.saturations]  # fmt: skip
-    fields += [getattr(model, f"geom_{name}")[geoms] for name in (
-        "type", "size", "pos", "quat", "dataid", "contype", "conaffinity", "priority", "solmix",
-        "solref", "solimp", "friction", "condim", "margin")]  # fmt: skip
-    return (-1, *((np.round(field, 12) + 0.0).tobytes() for field in fields))
 
 
 def _meeting(
@@ -289,7 +220,7 @@ def _gaps(
             reach(model, data, magnet.body, ancestor, points, walls)
             for magnet, points in zip(magnets, places, strict=True)
         )
-        sizes = [_radii(model, own) if found else np.zeros(1) for own in geoms]
+        sizes = [bounding_radii(model, own) if found else np.zeros(1) for own in geoms]
         if not other.images:
             found.append(first.gaps(second) - np.add.outer(*sizes))
         elif ancestor != other.body:

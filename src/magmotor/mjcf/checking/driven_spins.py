@@ -1,5 +1,6 @@
 """How fast actuators can turn rotors, and turning magnets or fields those that follow them."""
 
+import math
 from collections.abc import Iterator
 
 import mujoco
@@ -8,8 +9,9 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.checking.strengths import largest_drive, magnets_of
 from magmotor.mjcf.forces.marks import FIELDS
+from magmotor.mjcf.lookup import control_of, disabled
 
 HINGE, FREE, BALL = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("HINGE", "FREE", "BALL")
@@ -45,30 +47,27 @@ def _speeds(model: mujoco.MjModel, state: mujoco.MjData) -> Array:
 
     A rotor is a hinge without limits, on which no other joint hangs.
     """
-    speeds = np.zeros(model.nv)
+    torques, damping = np.zeros(model.nv), model.dof_damping.copy()
     rotors = (model.jnt_type == HINGE) & ~model.jnt_limited.astype(bool)
     rotors &= ~np.isin(model.jnt_dofadr, model.dof_parentid)
     on_joints = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
     fixed_gain = model.actuator_gaintype == int(mujoco.mjtGain.mjGAIN_FIXED)
-    for actuator in np.flatnonzero(on_joints & fixed_gain).tolist():
+    acts = on_joints & fixed_gain & (not disabled(model, "actuation"))
+    for actuator in np.flatnonzero(acts).tolist():
         joint = int(model.actuator_trnid[actuator, 0])
         constant, position, velocity = model.actuator_biasprm[actuator, :3].tolist()
         if not rotors[joint] or position:
             continue
-        control = (
-            model.actuator_ctrladr[actuator] if hasattr(model, "actuator_ctrladr") else actuator
-        )
-        largest = abs(state.ctrl[control])
-        if model.actuator_ctrllimited[control]:
-            largest = abs(model.actuator_ctrlrange[control]).max()
-        force = model.actuator_gainprm[actuator, 0] * largest + constant
+        largest = largest_drive(model, actuator)
+        if largest == math.inf:
+            largest = abs(state.ctrl[control_of(model, actuator)])
+        force = abs(model.actuator_gainprm[actuator, 0]) * largest + abs(constant)
         if model.actuator_forcelimited[actuator]:
             force = min(force, abs(model.actuator_forcerange[actuator]).max())
         gear, dof = model.actuator_gear[actuator, 0], int(model.jnt_dofadr[joint])
-        damping = model.dof_damping[dof] - gear**2 * velocity
-        if damping > 0:
-            speeds[dof] = gear * force / damping
-    return speeds
+        torques[dof] += abs(gear) * force
+        damping[dof] -= gear**2 * velocity
+    return np.divide(torques, damping, out=np.zeros(model.nv), where=damping > 0)
 
 
 def _turns(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Array]:

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.forces.iron import PLANE
 from magmotor.mjcf.langevin.contacts import colliding_geoms
@@ -78,3 +79,8 @@ def contact_margin(model: mujoco.MjModel, one: int, other: int, pair: int) -> fl
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
         return float(model.opt.o_margin)
     return float(model.geom_margin[[one, other]].sum())
+
+
+def bounding_radii(model: mujoco.MjModel, geoms: NDArray) -> Array:
+    """Return the radii of spheres around geoms, infinite for planes."""
+    return np.where(model.geom_rbound[geoms] > 0, model.geom_rbound[geoms], np.inf)

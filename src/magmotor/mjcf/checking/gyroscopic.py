@@ -74,17 +74,13 @@ class Tree(NamedTuple):
     """Shape (n,)."""
     inertia: Array
     """M, shape (n, n)."""
-    slopes: Array
-    """D, shape (n, n)."""
+    matrix: Array
+    """A, shape (n, n)."""
     responses: Array
     """R, shape (n, n)."""
     turns: bool
     """Whether it moves, and can turn about all axes."""
     rigid: bool
-
-    def matrix(self) -> Array:
-        """Return A, shape (n, n)."""
-        return np.asarray(np.linalg.solve(self.inertia, self.slopes), float)
 
 
 def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
@@ -165,8 +161,10 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
         mass, slope, response = (part[own, :count] for part in (inertia, slopes, responses))
         moves = qvel[own].any() and np.linalg.matrix_rank(data.cdof[own, :3]) == 3
         rigid = RIGID.get(int(model.jnt_type[model.dof_jntid[start]])) == count
-        if np.isfinite([mass, slope, response]).all():
-            found.append(Tree(number, qvel[own], mass, slope, response, bool(moves), rigid))
+        finite = np.isfinite([mass, slope, response]).all()
+        if finite and np.linalg.matrix_rank(mass) == count:  # less if joints move alike
+            matrix = np.asarray(np.linalg.solve(mass, slope), float)
+            found.append(Tree(number, qvel[own], mass, matrix, response, bool(moves), rigid))
     return found
 
 
@@ -175,7 +173,7 @@ def _growth(tree: Tree, step: float, long: float, integrator: int) -> float:
 
     It is negative where the integrator damps a wobble.
     """
-    matrix = tree.matrix()
+    matrix = tree.matrix
     found = np.linalg.eig(matrix)
     speeds, modes = found[0].astype(np.complex128), found[1].astype(np.complex128)
     if integrator == RK4:
@@ -183,39 +181,38 @@ def _growth(tree: Tree, step: float, long: float, integrator: int) -> float:
     else:
         gains = np.einsum("ij,ij->j", modes.conj(), tree.responses @ tree.inertia @ modes)
         factors = 1 + speeds * gains / (abs(modes) ** 2).sum(axis=0)
-    lasts, decay = _lasting(tree, matrix, long), np.minimum(speeds.real, 0)
+    lasts, decay = _lasting(tree, long), np.minimum(speeds.real, 0)
     errors = lasts * (np.log(np.maximum(abs(factors), 1e-300)) / step - speeds.real)
     wobbles = abs(speeds.imag) > abs(speeds.real)
     rates, loss = errors + decay, errors[wobbles].min(initial=0)
     excess = abs(tree.responses @ tree.inertia / step - np.eye(len(matrix))).max()
     if tree.rigid and integrator != RK4 and excess < EXPLICIT * step * abs(matrix).max():
         tumbling = TUMBLING * speeds.real.max() ** 2
-        frequencies = np.array([tumbling, _energy_growth(tree, matrix)])
+        frequencies = np.array([tumbling, _energy_growth(tree)])
         rates = np.append(rates, lasts * step / 2 * frequencies)
     return float(rates.max() if rates.max() > -loss else loss)
 
 
-def _lasting(tree: Tree, matrix: Array, long: float) -> float:
+def _lasting(tree: Tree, long: float) -> float:
     """Return the mean square of the velocities until `long`, which damping lowers, over the first.
 
     Gyroscopic forces do no work.
     """
     momentum = tree.inertia @ tree.velocities
-    exponent = -2 * long * (momentum @ matrix @ tree.velocities) / (momentum @ tree.velocities)
+    exponent = -2 * long * (momentum @ tree.matrix @ tree.velocities) / (momentum @ tree.velocities)
     return float(-np.expm1(-exponent) / exponent) if exponent > 1e-9 else 1.0
 
 
-def _energy_growth(tree: Tree, matrix: Array) -> float:
+def _energy_growth(tree: Tree) -> float:
     """Return the square of a frequency, that of the accelerations A v/2 over the velocities v.
 
     Both are measured by the kinetic energy of rotation about the center of mass.
     """
-    inertia, free = tree.inertia, slice(len(matrix) - 3)
-    turn = slice(len(matrix) - 3, None)
+    inertia, free, turn = tree.inertia, slice(0, -3), slice(-3, None)
     own = inertia[turn, turn] - inertia[turn, free] @ np.linalg.solve(
         inertia[free, free], inertia[free, turn]
     )
-    half, spin = (matrix @ tree.velocities)[turn] / 2, tree.velocities[turn]
+    half, spin = (tree.matrix @ tree.velocities)[turn] / 2, tree.velocities[turn]
     energy = spin @ own @ spin
     return float(half @ own @ half / energy) if energy > 0 else 0.0
 
@@ -233,7 +230,7 @@ def _longest_step(
         trees = [tree for tree in _trees(model, data, longest) if tree.turns or integrator == RK4]
         excess = long * max(abs(_growth(tree, longest, long, integrator)) for tree in trees)
         if integrator == RK4:
-            spinning = [np.linalg.eigvals(tree.matrix()) for tree in trees if tree.turns]
+            spinning = [np.linalg.eigvals(tree.matrix) for tree in trees if tree.turns]
             product = longest * float(abs(np.concatenate(spinning)).max())
             excess = product / RESOLVED if product > RESOLVED else excess**0.2  # it is as h^5
         if excess <= 1:

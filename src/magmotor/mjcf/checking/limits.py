@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
+from magmotor.mjcf.checking.attraction import attraction
 from magmotor.mjcf.checking.contact_rule import (
     SHORTEST,
     SLACK,
@@ -15,7 +16,6 @@ from magmotor.mjcf.checking.contact_rule import (
     softness_of,
 )
 from magmotor.mjcf.checking.strengths import Magnet
-from magmotor.mjcf.checking.touch import attraction
 
 
 def softest_limit(

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declared import ACTUATOR, GEOM, NUMERIC, SITE, tuples
+from magmotor.mjcf.declared import GEOM, NUMERIC, sites_of, tuples
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
-from magmotor.mjcf.lookup import disabled, given_name, label
+from magmotor.mjcf.lookup import control_of, disabled, given_name, label
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 
@@ -111,27 +111,23 @@ def _drives(
     """
     drives, (unbounded, coils) = np.ones(model.nsite), np.full((2, model.nsite), -1)
     for _, elements in tuples(model, "coil") if kinds & COILS else ():
-        largest, actuator, driver = 1.0, -1, -1
-        for kind, number, prm in elements:
-            own = np.array([number]) if kind == SITE else model.site_bodyid == number
-            if kind == ACTUATOR:
-                largest, driver = drive_limit(model, number, prm), number
-                actuator = number if _largest_drive(model, number, prm) == math.inf else -1
-            else:
-                drives[own], unbounded[own], coils[own] = largest, actuator, driver
+        _, actuator, saturation = elements[0]
+        own, largest = sites_of(model, elements), largest_drive(model, actuator, saturation)
+        drives[own], coils[own] = drive_limit(model, actuator, saturation), actuator
+        unbounded[own] = actuator if largest == math.inf else -1
     return drives, unbounded, coils
 
 
 def drive_limit(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
     """Return the largest drive that a coil or a field can have, or 1 if nothing bounds it."""
-    largest = _largest_drive(model, actuator, saturation)
+    largest = largest_drive(model, actuator, saturation)
     return 1.0 if largest == math.inf else largest
 
 
-def _largest_drive(model: mujoco.MjModel, actuator: int, saturation: float) -> float:
+def largest_drive(model: mujoco.MjModel, actuator: int, saturation: float = 0.0) -> float:
     """Return the largest drive that an actuator allows, infinite if nothing bounds it."""
     largest, dynamics = math.inf, int(model.actuator_dyntype[actuator])
-    control = model.actuator_ctrladr[actuator] if hasattr(model, "actuator_ctrladr") else actuator
+    control = control_of(model, actuator)
     clamped = model.actuator_ctrllimited[control] and not disabled(model, "clampctrl")
     if clamped and dynamics in FOLLOWING:
         largest = abs(model.actuator_ctrlrange[control]).max()

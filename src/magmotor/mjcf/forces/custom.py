@@ -45,6 +45,15 @@ def numeric_named(name, m, offsets):
 
 
 @subroutine
+def invalid_number(k, least, largest, m, offsets):
+    """Return numeric k unless it is one number within bounds; -1 if it is, or if k is -1."""
+    if k < 0:
+        return -1
+    numbers = numbers_of(k, m, offsets)
+    return -1 if len(numbers) == 1 and least <= numbers[0] <= largest else k
+
+
+@subroutine
 def elements_of(k, m, offsets) -> range:
     """Return the range of the elements of tuple k."""
     first = np.int64(memory.integers(m[offsets.tuple_adr // 8], memory.UNBOUNDED)[k])

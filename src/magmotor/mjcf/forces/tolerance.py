@@ -3,7 +3,7 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from magmotor.mjcf.forces.custom import numbers_of, numeric_named
+from magmotor.mjcf.forces.custom import invalid_number, numbers_of, numeric_named
 from magmotor.numerics.subroutine import subroutine
 
 NAME = (*b"magnetic_tolerance", 0)
@@ -19,8 +19,4 @@ def tolerance_of(m, offsets):
 @subroutine
 def invalid_tolerance(m, offsets):
     """Return the number of the tolerance's numeric if it is not one number from 0 to 0.1, or -1."""
-    k = numeric_named(NAME, m, offsets)
-    if k < 0:
-        return -1
-    numbers = numbers_of(k, m, offsets)
-    return -1 if len(numbers) == 1 and 0.0 <= numbers[0] <= 0.1 else k
+    return invalid_number(numeric_named(NAME, m, offsets), 0.0, 0.1, m, offsets)

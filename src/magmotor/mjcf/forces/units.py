@@ -9,13 +9,17 @@ the output of a field or a moment has the magnetic constant of SI, whatever the 
 # pyright: reportCallIssue=false
 
 import math
+import sys
 
-from magmotor.mjcf.forces.custom import numbers_of, numeric_named
+from magmotor.mjcf.forces.custom import invalid_number, numbers_of, numeric_named
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.subroutine import subroutine
 
 NAME = "magnetic_constant"
 """Name of the numeric that declares mu0."""
+
+LEAST, LARGEST = math.ulp(0.0), sys.float_info.max
+"""The positive finite numbers are those from one to the other."""
 
 _CHARACTERS = (*NAME.encode(), 0)
 
@@ -38,8 +42,4 @@ def moment_scale(m, offsets):
 @subroutine
 def invalid_constant(m, offsets):
     """Return the number of that numeric if it is not one positive finite number, or -1."""
-    k = numeric_named(_CHARACTERS, m, offsets)
-    if k < 0:
-        return -1
-    numbers = numbers_of(k, m, offsets)
-    return -1 if len(numbers) == 1 and 0.0 < numbers[0] < math.inf else k
+    return invalid_number(numeric_named(_CHARACTERS, m, offsets), LEAST, LARGEST, m, offsets)

@@ -19,7 +19,6 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_choice, check_integer, check_type, elements, reject
 from magmotor.common.environment import physical_memory
 from magmotor.mjcf import hooks
-from magmotor.mjcf.callbacks import note_wrenches
 from magmotor.mjcf.langevin.baths import (
     dampers_with_temperatures,
     doubt,
@@ -54,6 +53,7 @@ from magmotor.mjcf.langevin.thermostat import (
 )
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.mjcf.lookup import potential_checksum
+from magmotor.mjcf.overwritten import note_wrenches
 from magmotor.mjcf.unit_system import is_si
 from magmotor.noise import LARGEST_STEP, BrownianPath
 from magmotor.numerics.compilation_notice import compile_here
@@ -360,7 +360,7 @@ class Langevin(Thermostat):
         if any(self.kT.values()):
             forces = None if "S" in self._scheme.parts else self.forces
             start = self._start(initial)
-            for warning in unsettled(
+            if warning := unsettled(
                 self.model, start, self._friction, self._scheme, forces, settle, nstep
             ):
                 warnings.warn(warning, stacklevel=2)

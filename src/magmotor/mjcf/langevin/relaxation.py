@@ -1,7 +1,7 @@
 """How long a run remembers the velocities from which it starts, by small motions about there."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -20,6 +20,9 @@ TOLERATED, FORGOTTEN = 0.1, 0.01
 """Parts of the initial energy: the largest mean one in the records without a warning, and the one
 that the proposed number of steps leaves."""
 
+LEAST = 1e-300
+"""Part that counts instead of 0, whose logarithm is infinite."""
+
 DOUBLINGS = 50
 """Number of times that a number of steps is doubled before nothing is forgotten."""
 
@@ -33,8 +36,8 @@ def unsettled(
     forces: Callable[[mujoco.MjData], Array] | None,
     settle: int,
     nstep: int,
-) -> Iterator[str]:
-    """Yield at most one warning: that the records remember the initial velocities.
+) -> str:
+    """Return a warning if the records remember the initial velocities, else "".
 
     Parameters
     ----------
@@ -50,22 +53,22 @@ def unsettled(
         Numbers of steps before and within the records.
     """
     if model.nv > LARGEST_MATRIX:
-        return
+        return ""
     mujoco.mj_fwdPosition(model, data)
     inertia = inertia_matrix(model, data)
     try:
         rates, basis = eigh(friction_matrix(model, data, friction), inertia)
     except np.linalg.LinAlgError:  # joints that move nearly the same
-        return
+        return ""
     timestep, nothing = model.opt.timestep, np.zeros_like(inertia)
     parts = scheme.parts.replace("S", "R")
     step = splitting_step(parts, scheme.fractions, exact=True, response=crank_nicolson)
     motion = SmallMotion(nothing, np.diag(np.maximum(rates, 0.0)), nothing)
     kept = np.abs(np.diag(step(motion, timestep)[model.nv :, model.nv :]))
-    loss, shape = -2 * math.log(kept.max()), np.eye(model.nv)[kept.argmax()]
+    loss, shape = -2 * math.log(max(kept.max(), LEAST)), np.eye(model.nv)[kept.argmax()]
     # The energy of an oscillation is lost half as fast.
     if _mean_left(loss / 2, settle, nstep) <= TOLERATED:
-        return
+        return ""
     if forces is not None:
         stiffness = basis.T @ stiffness_matrix(model, data, forces) @ basis
         values, vectors = np.linalg.eigh((stiffness + stiffness.T) / 2)
@@ -73,11 +76,11 @@ def unsettled(
         loss, shape = _slowest(step(motion, timestep), motion.stiffness)
     left = _mean_left(loss, settle, nstep)
     if not left > TOLERATED or (forces is None and loss == 0.0):
-        return
+        return ""
     moved = basis @ shape
     slowest = int(np.argmax(moved * (inertia @ moved)))
     rate = float(rates @ shape**2)
-    yield (
+    return (
         f"{label(model, 'joint', model.dof_jntid[slowest])}: on average, the records still contain"
         f" {round(100 * left)} % of the energy with which its motion starts, the same in all"
         " replicas, so that their mean is not that of equilibrium and their spread is not its"
@@ -112,10 +115,11 @@ def _slowest(step: Array, stiffness: Array) -> tuple[float, Array]:
     n = len(stiffness)
     energy, power, count, shapes = block_diag(stiffness, np.eye(n)), step, 1, np.eye(n)
     for _ in range(DOUBLINGS):
-        if not np.isfinite(power).all():
+        kinetic = power[:, n:].T @ energy @ power[:, n:]
+        if not (np.isfinite(power).all() and np.isfinite(kinetic).all()):
             return math.nan, np.zeros(n)
-        left, shapes = np.linalg.eigh(power[:, n:].T @ energy @ power[:, n:])
+        left, shapes = np.linalg.eigh(kinetic)
         if left[-1] < math.exp(-1):
-            return -math.log(left[-1]) / count, shapes[:, -1]
+            return -math.log(max(left[-1], LEAST)) / count, shapes[:, -1]
         power, count = power @ power, 2 * count
     return 0.0, shapes[:, -1]

@@ -1,0 +1,90 @@
+"""The force by which the dipoles of two magnets attract each other, and its gradient."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from magmotor.common.arrays import Array
+from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
+from magmotor.mjcf.checking.stand_off import Stand, frame_of
+from magmotor.mjcf.checking.strengths import Magnet
+
+
+def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[float, float]:
+    """Return the force of two magnets with aligned moments, in N, and its gradient, in N/m.
+
+    Dipoles of both sides magnetize iron. Above a plane, `distance` is that of dipoles from images,
+    and `factor` has one column.
+    """
+    k, moments, images = PERMEABILITY_OVER_4PI, [], other.images or 1.0
+    distance = np.maximum(distance, COINCIDENCE)
+    partner = one if other.images else other
+    weight = factor * (factor.T > 0) if other.images else factor
+    for magnet, source, away in ((one, partner, distance), (partner, one, distance.T)):
+        if not magnet.responses.any():
+            moments.append((magnet.strengths, np.zeros(len(magnet.strengths), bool)))
+            continue
+        strong = magnet.strengths > 0
+        within = np.linalg.norm(magnet.positions[:, None] - magnet.positions[strong], axis=2)
+        within[within == 0] = np.inf
+        near = (images * source.strengths / away**3).sum(axis=1)
+        near += (magnet.strengths[strong] / within**3).sum(axis=1)
+        induced = 2 * k * magnet.responses * near
+        free = (induced < magnet.saturations) & (magnet.responses > 0)
+        moments.append((magnet.strengths + np.minimum(induced, magnet.saturations), free))
+    (first, soft), (second, yielding) = moments
+    pull = 6 * k * weight * np.multiply.outer(first, second) / distance**4
+    power = 4 + 3 * np.logical_or.outer(soft, yielding)  # of 1/d
+    return float(pull.sum()), float((power * pull / distance).sum()) * (2 if other.images else 1)
+
+
+def attraction_of_images(magnet: Magnet, images: float, found: Stand) -> tuple[Array, Array]:
+    """Return the force in N, and its gradient in N/m, of a magnet on a plane of iron, each (k,).
+
+    They are those of the model, in each of the orientations, if the magnet has no iron, and all its
+    moments change alike; otherwise, all pairs of moments count as aligned.
+    """
+    moments = magnet.strengths[:, np.newaxis] * magnet.axes
+    aligned = bool(magnet.responses.any()) or len(magnet.coils) > 1
+    forces, gradients = np.zeros((2, len(found.directions)))
+    for k, (direction, height) in enumerate(zip(found.directions, found.heights, strict=True)):
+        apart = height[:, np.newaxis] + height
+        if (apart < COINCIDENCE).any():
+            continue
+        _, *sides = frame_of(direction)
+        place, across = (vectors @ sides[0] + 1j * (vectors @ sides[1])
+                         for vectors in (magnet.positions, moments))  # fmt: skip
+        aside, along = place - place[:, np.newaxis], -moments @ direction
+        if aligned:
+            weight, plane = np.full((len(apart), 1), images), magnet._replace(images=images)
+            forces[k], gradients[k] = attraction(magnet, plane, np.hypot(apart, abs(aside)), weight)
+        else:
+            forces[k], slope = pull_of((-across, along), (across, along), aside, apart, images)
+            gradients[k] = 2 * slope
+    return forces, gradients
+
+
+def pull_of(
+    one: tuple[NDArray[np.complex128], Array],
+    other: tuple[NDArray[np.complex128], Array],
+    aside: NDArray[np.complex128],
+    height: Array,
+    weight: Array | float,
+) -> tuple[float, float]:
+    """Return the force in N by which moments attract others above them, and its gradient in N/m.
+
+    Moments are their parts across and along the vertical axis, (n,) and (m,); the others are so far
+    `aside` and above, (n, m).
+    """
+    (across, along), (tangent, normal) = (one[0][:, np.newaxis], one[1][:, np.newaxis]), other
+    square = 1 / (height**2 + aside.real**2 + aside.imag**2)
+    fifth = square**2 * np.sqrt(square)
+    a = (across.conj() * aside).real + along * height
+    b = (tangent.conj() * aside).real + normal * height
+    both = along * normal
+    c = (across.conj() * tangent).real + both
+    v = a * normal + b * along + c * height
+    pull = fifth * (5 * a * b * height * square - v)
+    slope = 2 * both + c - 5 * square * ((2 * v - c * height) * height + a * b)
+    slope = fifth * (slope + 35 * a * b * (height * square) ** 2)
+    scale = 3 * PERMEABILITY_OVER_4PI * weight
+    return float((scale * pull).sum()), float((scale * slope).sum())

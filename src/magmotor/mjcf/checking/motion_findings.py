@@ -1,0 +1,133 @@
+"""Magnets that swing or turn too fast for the timestep, or absurdly slowly, and lost spins."""
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from magmotor.mjcf.checking.closest_approach import Meeting
+from magmotor.mjcf.checking.contact_rule import (
+    SLACK,
+)
+from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
+from magmotor.mjcf.checking.frequencies import frequency_at_touch
+from magmotor.mjcf.checking.gyroscopic import unkept_spin
+from magmotor.mjcf.checking.pair_findings import names_of
+from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.describe import Description
+from magmotor.mjcf.lookup import label
+from magmotor.mjcf.unit_system import is_si
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+
+UNSTABLE, RESOLVED = 2.0, 0.5
+"""Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
+
+FAR, FAINT, SLOW = 1000.0, 1e-7, 2e-5
+"""Distance of the nearest magnet over the size of one, from which positions are in other units than
+sizes; polarization in T, from which sizes are in other units than moments; and the product of
+frequency and timestep below which this is said."""
+
+STAGES = 4
+"""How many times as much as one of Euler's a step of RK4 costs."""
+
+
+def far_magnets(
+    model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, found: Description
+) -> Iterator[Failure]:
+    """Yield at most one failure: that lengths seem to be in other units than meters."""
+    if (
+        not is_si(model)
+        or "dipoles" not in found.acting
+        or {*found.acting} & {"fields", "iron", "coils"}
+    ):
+        return
+    magnets = [magnet for magnet in magnets_of(model, state) if magnet.strengths.any()]
+    slow = SLOW / float(model.opt.timestep)
+    moving = [magnet for magnet in magnets if 0 < now.get(magnet.body, 0) < slow]
+    if len(moving) < len(now) or not moving:
+        return
+    magnet = max(moving, key=lambda each: now[each.body])
+    geoms = model.body_weldid[model.geom_bodyid] == magnet.body
+    size = float(model.geom_rbound[geoms].max(initial=0))
+    others = np.concatenate([each.positions for each in magnets if each.body != magnet.body])
+    nearest = cdist(magnet.positions, others).min()
+    polarization = VACUUM_PERMEABILITY * magnet.strengths.sum() / max(4 * size**3, 1e-300)
+    if size and (nearest > FAR * size or polarization < FAINT):
+        yield Failure(
+            label(model, "body", magnet.body),
+            "hardly feels the other magnets: in their field, it swings or turns at no more than"
+            f" {now[magnet.body]:.2g} rad/s, since the nearest one is {nearest:.3g} m away and it"
+            f" has {magnet.strengths.max():.3g} A m^2 and a radius of {size:.3g} m; are all lengths"
+            " in meters?",
+            len(moving),
+        )
+
+
+def fast_magnets(
+    model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, pairs: list[Meeting]
+) -> Iterator[Failure]:
+    """Yield a failure of the fastest magnet now, and one of each pair at touch, if too fast."""
+    found = [(now[body], label(model, "body", body), 1, "") for body in now]
+    found = sorted(found, reverse=True)[:1]
+    for pair in pairs:
+        for approach, where in (
+            (pair.approach, " where they touch"),
+            (pair.linked, " where their joints let them come nearest"),
+        ):
+            if approach:
+                frequency = frequency_at_touch(model, state, pair.magnets, approach)
+                known = max(now.get(magnet.body, 0) for magnet in pair.magnets)
+                if approach is pair.approach or frequency > SLACK * known:
+                    found.append((frequency, names_of(model, pair), pair.number, where))
+    step = float(model.opt.timestep)
+    for frequency, name, number, where in found:
+        if frequency == math.inf:
+            yield Failure(
+                name,
+                f"would turn or swing{where} so fast that its frequency overflows, since a moment,"
+                " a field, a coil or a factor is too large",
+                number,
+            )
+        elif frequency * step > UNSTABLE:
+            longest, remedy = rounded_down(RESOLVED / frequency), "move its dipoles apart"
+            if longest < ABSURD * step:
+                longest = math.inf
+            else:
+                remedy = f"take a timestep of at most {longest:g} s"
+            yield Failure(
+                name,
+                f"can swing or turn with omega = {frequency:.3g} rad/s at most{where}, so that"
+                f" omega h = {frequency * step:.3g} exceeds 2; {remedy}",
+                number,
+                longest,
+            )
+
+
+def unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield at most one failure: a spin that the integrator does not keep."""
+    spin = unkept_spin(model, state)
+    if not spin:
+        return
+    step, shorter = float(model.opt.timestep), rounded_down(spin.timestep)
+    least = ABSURD * step
+    with_rk4 = step if spin.of_rk4 == step else rounded_down(spin.of_rk4)
+    remedies = [f"a timestep of at most {shorter:g} s"] if shorter > least else []
+    if with_rk4 > least and spin.integrator != "RK4":
+        also = f" and a timestep of at most {with_rk4:g} s" if with_rk4 < step else ""
+        remedies.insert(0, f"the integrator RK4{also}")
+    cheaper = spin.integrator != "RK4" and with_rk4 > max(least, STAGES * shorter)
+    timestep = with_rk4 if cheaper else shorter
+    change, why = "grows", "is explicit in gyroscopic forces"
+    if spin.rate < 0:
+        change, why = "decays", "damps it, so that a torque can tip the body"
+    yield Failure(
+        label(model, "body", spin.body),
+        f"{spin.verb} at {spin.speed:.3g} rad/s{spin.where}, and its wobble {change} by a factor"
+        f" of e within {1 / abs(spin.rate):.2g} s, since the integrator {spin.integrator} {why};"
+        f" take {' or '.join(remedies) or 'a shorter timestep'}",
+        spin.number,
+        timestep if timestep > least else math.inf,
+        integrator="RK4" if cheaper else "",
+    )
