@@ -304,14 +304,30 @@ def test_actuators_that_also_push_are_named(actuator, pushes, driven, capsys):
     assert ('(gainprm="0" prevents this): u' in capsys.readouterr().out) == pushes
 
 
+def test_check_notes_a_name_to_which_attach_added_a_prefix(capsys):
+    """Such a coupling does not act, whatever its factor."""
+    head = MARK.format("dipoles couplings").replace("</custom>", "")
+    head += COUPLING.format(0).replace("<custom>", "").replace('"coupling"', '"r_coupling"')
+    found = mm.check(mujoco.MjModel.from_xml_string(PAIR.format(head=head)))
+    note = "tuple 'r_coupling', since only names that start with coupling count"
+    assert [note in each for each in found.notes].count(True) == 1
+    assert f"note: not acting: {note}" in capsys.readouterr().out
+
+
 def test_user_numbers_of_others_are_left_alone(capsys):
     found, _ = described(
         PAIR.format(head="").replace('name="turn"', 'name="turn" user="1123"'), capsys
     )
     assert found.acting == ()
     assert found.idle == (
-        "user numbers of sites, since there is no mark",
-        "user numbers of joints, since there is no mark",
+        (
+            'user numbers of sites, since there is no mark, such as <text name="magmotor"'
+            ' data="dipoles"/>'
+        ),
+        (
+            'user numbers of joints, since there is no mark, such as <text name="magmotor"'
+            ' data="potentials"/>'
+        ),
     )
 
 
@@ -673,7 +689,8 @@ LINES = {
     ),
     "a prefix of a coupling": (
         [f"</worldbody><custom><tuple name='a_coupling'>{WORLD}</tuple></custom><worldbody>"],
-        "not acting: tuple 'a_coupling', since only names that start with coupling count",
+        ("not acting: tuple 'a_coupling', since only names that start with coupling count"
+        " (MjSpec.attach adds a prefix)"),
     ),
     "a prefix of a mark": (
         ["</worldbody><custom><text name='a/magmotor' data='all'/></custom><worldbody>"],
@@ -681,7 +698,8 @@ LINES = {
     ),
     "a prefix of a field": (
         [declared("<numeric name='a_field' data='0 0 1'/>")],
-        "not acting: numeric 'a_field', since only names that start with field count",
+        ("not acting: numeric 'a_field', since only names that start with field count"
+        " (MjSpec.attach adds a prefix)"),
     ),
     "a tuple on a field": (
         [declared(f"<numeric name='field_a' data='0 0 1'/><tuple name='carrier'>{ON_A}</tuple>")],

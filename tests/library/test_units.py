@@ -292,6 +292,12 @@ def without_numbers(findings):
     return [re.sub(r"[0-9.]+(e[+-]?[0-9]+)?", "#", finding) for finding in findings]
 
 
+def test_a_single_dipole_is_judged_only_where_a_tesla_is_known(capsys):
+    words = "attract each other too strongly"
+    found = [checked(SI, capsys, constant=constant).findings for constant in (False, True)]
+    assert [any(words in finding for finding in each) for each in found] == [True, False]
+
+
 @pytest.mark.parametrize("u", [MICRO, MILLI, Units(1e-2, 1e-1, 1e4, 1e-3)], ids=str)
 def test_check_finds_the_same_in_all_units(u, capsys):
     """Units of time are powers of ten, so that rounded settings differ by the unit only."""
@@ -303,19 +309,24 @@ def test_check_finds_the_same_in_all_units(u, capsys):
     for name, (constant, _) in expected.solref.items():
         assert found.solref[name][0] * u.time == pytest.approx(constant, rel=3e-15)  # 1e-16
     assert found.solref.keys() == expected.solref.keys()
-    assert expected.units == ()
     assert "stand for" in found.units[0]
     assert found.units[0] in str(found).splitlines()
 
 
 def test_what_is_said_of_other_units_is_not_said_of_those_of_si(capsys):
     model, _ = beads()
+    undeclared = BEADS.format(size="").replace("magnetic_constant", "other")
     found = mm.describe(model)
     assert found.huge == {}
     (sentence,) = found.units
     assert "mu0 = 0.00125664" in sentence
     assert sentence in capsys.readouterr().out
-    model.numeric("magnetic_constant").data[:] = 1.2566e-6  # rounded
+    model.numeric("magnetic_constant").data[:] = 1.2566e-6  # that of um, ng, ms and uA, too
+    assert mm.describe(model).huge == {}
+    assert "mu0 = 1.2566e-06" in mm.describe(model).units[0]
+    assert not any("neodymium" in finding for finding in mm.check(model).findings)
+    model = mujoco.MjModel.from_xml_string(undeclared)
+    capsys.readouterr()
     found = mm.describe(model)
     assert found.units == ()
     assert len(found.huge) == str(found).count("magnetic_constant") == 2
@@ -324,11 +335,7 @@ def test_what_is_said_of_other_units_is_not_said_of_those_of_si(capsys):
     assert re.search(
         "body 'bead' has the moment of 7.1e.02 kg.*of 18 kg.*magnetic_constant", sentence
     )
-    nameless = mujoco.MjModel.from_xml_string(
-        BEADS.format(size="")
-        .replace('name="bead"', "")
-        .replace("1.2566370614359173e-3", "1.2566e-6")
-    )
+    nameless = mujoco.MjModel.from_xml_string(undeclared.replace('name="bead"', ""))
     nameless.site_user[:] = 1e5
     (sentence,) = mm.describe(nameless).units
     assert sentence.startswith("body 1 has the moment")

@@ -27,7 +27,7 @@ from magmotor.mjcf.forces.marks import UNMARKED, WORDS
 from magmotor.mjcf.idle import LISTED, idle_elements, listed
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
-from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, doubts, is_si, own_units
+from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, declares_units, doubts, own_units
 
 HUGE = 1e3
 """From which moment in A m^2 a site has it by mistake."""
@@ -224,7 +224,7 @@ def described(model: mujoco.MjModel) -> Description:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, which says the same as `idle`
         kT, mismatch, unknown = temperatures(model) if noise else (None, 0.0, "")
-    huge = _huge(model) if "dipoles" in named and is_si(model) else {}
+    huge = _huge(model) if "dipoles" in named and not declares_units(model) else {}
     moments = site_moments(model) if "dipoles" in named else np.zeros(model.nsite)
     acts = {
         "dipoles": bodies and acting,

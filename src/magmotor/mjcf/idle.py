@@ -16,7 +16,7 @@ from magmotor.mjcf.declared import (
     with_kind,
 )
 from magmotor.mjcf.langevin.temperature import joined
-from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.lookup import disabled, number_of
 from magmotor.mjcf.sentences import MARK_NAME, ONLY_NAME, resembles_mark
 
 PREFIXES = ("coupling", "field", "coil", "iron")
@@ -52,13 +52,14 @@ def idle_elements(
         "coils": ("tuples named coil...", _has_tuples(model, "coil")),
         "iron": ("tuples named iron...", _has_tuples(model, "iron")),
     }
+    mark = "the mark" if number_of(model, "text", MARK_NAME) >= 0 else "the plugin's act"
     for word, (what, exists) in present.items():
         if exists and word not in named:
-            reason = "there is no mark" if unmarked else f"the mark does not name {word}"
-            yield f"{what}, since {reason}"
+            missing = f'there is no mark, such as <text name="{MARK_NAME}" data="{word}"/>'
+            yield f"{what}, since {missing if unmarked else f'{mark} does not name {word}'}"
     absent = [word for word in named if not present[word][1]]
     if absent and not unmarked and len(named) < len(present):
-        yield f"{joined(absent)}, which the mark names, since the model has none"
+        yield f"{joined(absent)}, which {mark} names, since the model has none"
     measured = bool(declared.magnetometers(model))
     acting = ("dipoles", "noise", "potentials", "iron", *["fields"] * measured)
     if not any(present[word][1] for word in acting):
@@ -75,7 +76,7 @@ def idle_elements(
         driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
         if driven:
             yield f"noise of {listed(driven)}, since what cannot move is not driven"
-    yield from _renamed(model)
+    yield from renamed(model)
     yield from _misplaced_fields(model)
     if not has_plugin(model):
         if disabled(model, "actuation"):
@@ -115,14 +116,17 @@ def _unnumbered(model: mujoco.MjModel) -> list[str]:
     return [with_kind("site", name_of(model, "site", site)) for site in sites]
 
 
-def _renamed(model: mujoco.MjModel) -> Iterator[str]:
+def renamed(model: mujoco.MjModel) -> Iterator[str]:
     """Yield what a prefix or suffix hides, as in models that were attached to another."""
     for kind, prefixes in (("tuple", PREFIXES), ("numeric", NUMERICS)):
         for k in range(getattr(model, f"n{kind}")):
             name = name_of(model, kind, k)
             for prefix in () if name.startswith(prefixes) else prefixes:
                 if f"/{prefix}" in name or f"_{prefix}" in name:
-                    yield f"{kind} {name!r}, since only names that start with {prefix} count"
+                    yield (
+                        f"{kind} {name!r}, since only names that start with {prefix} count"
+                        " (MjSpec.attach adds a prefix)"
+                    )
     for k in range(model.ntext):
         name = name_of(model, "text", k)
         if resembles_mark(name) and name != MARK_NAME:

@@ -13,9 +13,6 @@ from magmotor.mjcf.forces.units import NAME, scale_of
 from magmotor.mjcf.lookup import label, number_of
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
-ROUNDED = 1e-3
-"""Largest relative difference of a magnetic constant from that of SI that rounding explains."""
-
 OF_NEODYMIUM = 140.0
 """Moment in A m^2 of 1 kg of neodymium magnets."""
 
@@ -34,9 +31,12 @@ def magnetic_constant(model: mujoco.MjModel) -> float:
     return float(model.numeric_data[model.numeric_adr[k]]) if k >= 0 else VACUUM_PERMEABILITY
 
 
-def is_si(model: mujoco.MjModel) -> bool:
-    """Whether the units of a model are those of SI, as far as it says."""
-    return math.isclose(magnetic_constant(model), VACUUM_PERMEABILITY, rel_tol=ROUNDED)
+def declares_units(model: mujoco.MjModel) -> bool:
+    """Whether a model declares its magnetic constant; if not, its units count as those of SI.
+
+    The number of mu0 in SI is that in other systems, too, such as um, ng, ms and uA.
+    """
+    return number_of(model, "numeric", NAME) >= 0
 
 
 def moment_scale(model: mujoco.MjModel) -> float:
@@ -45,8 +45,8 @@ def moment_scale(model: mujoco.MjModel) -> float:
 
 
 def own_units(model: mujoco.MjModel) -> tuple[str, ...]:
-    """Return a sentence about the units of a model, if they are not those of SI."""
-    if is_si(model):
+    """Return a sentence about the units of a model, if it declares any."""
+    if not declares_units(model):
         return ()
     sentence = (
         f"units: the model's own, in which mu0 = {magnetic_constant(model):g}; here, m, kg, s, N,"

@@ -12,6 +12,7 @@ from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.describe import described, elsewhere
+from magmotor.mjcf.idle import renamed
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.lookup import INTEGRATORS
 from magmotor.mjcf.parts import compiled
@@ -179,7 +180,10 @@ def examined(
         settings=tuple(settings),
         acting=bool(description.acting),
         units=own_units(model),
-        notes=tuple(elsewhere(description, briefly=description.marked)),
+        notes=(
+            *elsewhere(description, briefly=description.marked),
+            *(renamed(model) if description.acting else ()),  # else the findings contain them
+        ),
     )
 
 

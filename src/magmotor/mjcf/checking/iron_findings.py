@@ -76,9 +76,9 @@ def iron_that_touches(
     if len(rows):
         spheres = (model.geom_type[rows[0, :2]] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
         of_spheres = (
-            ": at 2.1 radii, the true force of two equal spheres is 2.8 times as strong along the"
-            " field, and 0.75 times across it; with a margin of a quarter of the radius for each,"
-            " 1.25 and 0.89 times"
+            ": at 2.1 radii, the true force of two equal spheres is 2.8 times that of the model"
+            " along the field, and 0.75 times across it; with a margin of a quarter of the radius"
+            " for each, 1.25 and 0.89 times"
             if spheres
             else ""
         )

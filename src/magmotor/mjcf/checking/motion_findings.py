@@ -18,7 +18,7 @@ from magmotor.mjcf.checking.pair_findings import names_of
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import Description
 from magmotor.mjcf.lookup import label
-from magmotor.mjcf.unit_system import is_si
+from magmotor.mjcf.unit_system import declares_units
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 UNSTABLE, RESOLVED = 2.0, 0.5
@@ -38,7 +38,7 @@ def far_magnets(
 ) -> Iterator[Failure]:
     """Yield at most one failure: that lengths seem to be in other units than meters."""
     if (
-        not is_si(model)
+        declares_units(model)
         or "dipoles" not in found.acting
         or {*found.acting} & {"fields", "iron", "coils"}
     ):
@@ -115,10 +115,11 @@ def unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failur
     with_rk4 = step if spin.of_rk4 == step else rounded_down(spin.of_rk4)
     remedies = [f"a timestep of at most {shorter:g} s"] if shorter > least else []
     if with_rk4 > least and spin.integrator != "RK4":
-        also = f" and a timestep of at most {with_rk4:g} s" if with_rk4 < step else ""
+        also = f" with a timestep of at most {with_rk4:g} s," if with_rk4 < step else ""
         remedies.insert(0, f"the integrator RK4{also}")
     cheaper = spin.integrator != "RK4" and with_rk4 > max(least, STAGES * shorter)
     timestep = with_rk4 if cheaper else shorter
+    remedy = " or ".join(remedies).removesuffix(",") or "a shorter timestep"
     change, why = "grows", "is explicit in gyroscopic forces"
     if spin.rate < 0:
         change, why = "decays", "damps it, so that a torque can tip the body"
@@ -126,7 +127,7 @@ def unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failur
         label(model, "body", spin.body),
         f"{spin.verb} at {spin.speed:.3g} rad/s{spin.where}, and its wobble {change} by a factor"
         f" of e within {1 / abs(spin.rate):.2g} s, since the integrator {spin.integrator} {why};"
-        f" take {' or '.join(remedies) or 'a shorter timestep'}",
+        f" take {remedy}",
         spin.number,
         timestep if timestep > least else math.inf,
         integrator="RK4" if cheaper else "",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.depth import NEVER, depth_and_normal, tangent_planes
 from magmotor.mjcf.checking.strengths import Magnet
-from magmotor.mjcf.unit_system import is_si
+from magmotor.mjcf.unit_system import declares_units
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 INSIDE = 1 / 3
@@ -25,7 +25,7 @@ PARALLEL = 0.99
 WEAKEST = 0.15
 """Least polarization in T, over the box around it, of a geom that counts as one magnet.
 
-In units that are not SI, a geom with dipoles in its middle always does.
+In units that a model declares, none does, since T is not known in them.
 """
 
 CENTERED = 0.02
@@ -167,7 +167,7 @@ class Side:
         frame = self._data.geom_xmat[geom].reshape(3, 3)
         offset = self._places[own].mean(axis=0) - self._data.geom_xpos[geom] - frame @ center
         polarization = VACUUM_PERMEABILITY * self.magnet.strengths[own].sum() / (8 * half.prod())
-        weak = is_si(self._model) and polarization < WEAKEST
+        weak = declares_units(self._model) or polarization < WEAKEST
         if np.linalg.norm(offset) > CENTERED * half.max() or weak:
             return none
         return 2 * half[:, np.newaxis] * frame.T

@@ -54,7 +54,7 @@ from magmotor.mjcf.langevin.thermostat import (
 from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
 from magmotor.mjcf.lookup import potential_checksum
 from magmotor.mjcf.overwritten import note_wrenches
-from magmotor.mjcf.unit_system import is_si
+from magmotor.mjcf.unit_system import declares_units
 from magmotor.noise import LARGEST_STEP, BrownianPath
 from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.splittings import LANGEVIN
@@ -218,7 +218,7 @@ class Langevin(Thermostat):
         super().__init__(model)
         check_choice("splitting", splitting, tuple(LANGEVIN))
         self.kT = read_kT(model, kT)
-        if is_si(model) and (question := doubt(self.kT)):
+        if not declares_units(model) and (question := doubt(self.kT)):
             warnings.warn(question, stacklevel=2)
         self.splitting = splitting
         scheme = LANGEVIN[splitting]
