@@ -89,7 +89,7 @@ def unstable_joints(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, flo
         row[0, 0, dof] = 1.0
         root = _frequency(model, data, row)  # of the inverse inertia
         frequency = math.sqrt(stiffness) * root
-        damping = 0.0 if explicit else float(model.dof_damping[dof])
+        damping = 0.0 if explicit else max(0.0, float(model.dof_damping[dof]))
         # With implicit damping c, h^2 omega^2 < 4 + 2 h c/I is stable.
         kick, limit = frequency * step, math.sqrt(4.0 + 2 * step * damping * root * root)
         if kick > limit or kick == math.inf:
