@@ -132,6 +132,7 @@ def test_a_driven_field_counts_at_its_largest_drive():
     ).findings
     omega = [float(text.split("omega = ")[1].split()[0]) for text in (found, still)]
     assert omega[0] / omega[1] == pytest.approx(3**0.5, rel=0.01)
+    assert "at drive 1" not in found + still
 
 
 MOUNT = """

@@ -71,9 +71,9 @@ _OF_NOTICES = {
     ),
     SLEEPING: "a sleeping body is not woken by forces of the plugin magmotor.forces",
     UNRESOLVED: (
-        "within one timestep, magnetism moved body {} by about its size, or turned it by more than"
-        " 2 rad, so that it may fly apart; mm.check(model) proposes a timestep and contacts that"
-        " hold"
+        "within one timestep, magnetism moved body {} by about its size, or alone would turn it by"
+        " more than 4 rad from rest, so that it may fly apart; mm.check(model) proposes a timestep"
+        " and contacts that hold"
     ),
     SUNKEN: (
         "body {} has sunk into body {} by more than a quarter of its width, so that their dipoles"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.strengths import drive_limit
+from magmotor.mjcf.checking.strengths import drive_limit, largest_drive
 from magmotor.mjcf.forces.fields import GRADIENT, HEADER
 from magmotor.mjcf.forces.iron import PLANE
 from magmotor.mjcf.forces.marks import FIELDS, IRON
@@ -38,6 +38,8 @@ class AppliedField(NamedTuple):
     """Its axes are the columns."""
     drive: float
     """The largest factor that its actuator allows, 1 without one or without a limit; scaled."""
+    unbounded: int
+    """The actuator that drives it, if nothing bounds that, or -1."""
 
     def at(self, points: Array) -> Array:
         """Return the flux densities (n, 3) in T at points (n, 3) in m; NaN outside a table."""
@@ -70,14 +72,21 @@ def applied_field(
     return total
 
 
+def unbounded_drives(model: mujoco.MjModel, data: mujoco.MjData, weld: int) -> set[int]:
+    """Return the actuators without limits of the fields that act on a rigid body."""
+    fields = _fields(model, data) if acting_forces(model) & FIELDS else ()
+    return {each.unbounded for each in fields if each.weld != weld} - {-1}
+
+
 def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField]:
     """Yield the fields of a model."""
     placed, scale = {}, moment_scale(model)
     for _, elements in declared.tuples(model, "field"):
-        weld, origin, frame, drive = 0, np.zeros(3), np.eye(3), 1.0
+        weld, origin, frame, drive, unbounded = 0, np.zeros(3), np.eye(3), 1.0, -1
         for kind, number, prm in elements:
             if kind == declared.ACTUATOR:
                 drive = drive_limit(model, number, prm)
+                unbounded = number if largest_drive(model, number, prm) == np.inf else -1
             elif kind in (declared.BODY, declared.SITE):
                 named = kind == declared.BODY
                 body = number if named else int(model.site_bodyid[number])
@@ -85,12 +94,13 @@ def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField
                 origin = (data.xpos if named else data.site_xpos)[number]
                 frame = (data.xmat if named else data.site_xmat)[number].reshape(3, 3)
         own = [number for kind, number, _ in elements if kind == declared.NUMERIC]
-        placed |= dict.fromkeys(own, (weld, origin, frame, drive / scale))
+        placed |= dict.fromkeys(own, (weld, origin, frame, drive / scale, unbounded))
     for k in range(model.nnumeric):
         if declared.is_field(model, k):
             first = int(model.numeric_adr[k])
             numbers = model.numeric_data[first : first + int(model.numeric_size[k])]
-            yield AppliedField(numbers, *placed.get(k, (0, np.zeros(3), np.eye(3), 1.0 / scale)))
+            world = (0, np.zeros(3), np.eye(3), 1.0 / scale, -1)
+            yield AppliedField(numbers, *placed.get(k, world))
 
 
 def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, float]]:

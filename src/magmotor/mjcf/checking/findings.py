@@ -11,7 +11,12 @@ from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.frequencies import frequencies
 from magmotor.mjcf.checking.iron_findings import iron_that_touches, long_pieces, rows_of_iron
-from magmotor.mjcf.checking.motion_findings import far_magnets, fast_magnets, unkept_spins
+from magmotor.mjcf.checking.motion_findings import (
+    far_magnets,
+    fast_joints,
+    fast_magnets,
+    unkept_spins,
+)
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.declared import with_kind
@@ -39,6 +44,7 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     now = {} if misplaced else frequencies(model, state)
     yield from far_magnets(model, now, state, description)
     yield from fast_magnets(model, now, state, pairs)
+    yield from fast_joints(model, state)
     yield from unkept_spins(model, state)
     yield from _noise(description)
 

@@ -3,6 +3,7 @@
 A magnet of the moment m turns in the field B against the stiffness m B, and another magnet that
 follows its turns stiffens it. It swings against the gradient of the force, at most 4 F/r of each
 partner, twice that if the partner swings, too. Images in a plane of iron are partners that follow.
+A joint swings in its periodic potential, against the largest curvature of that.
 """
 
 import math
@@ -14,10 +15,17 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
+from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.applied_fields import applied_field
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.field_and_energy import coupling_factors
+from magmotor.mjcf.forces.joint_potentials import HINGE, SLIDE
+from magmotor.mjcf.forces.marks import POTENTIALS
+from magmotor.mjcf.lookup import disabled
+
+FINE = 64
+"""Points of a potential on its shortest wave, which give the curvature to 0.2 %."""
 
 
 class Stiffness(NamedTuple):
@@ -57,6 +65,49 @@ def frequency_at_touch(
     responses = [_turning_response(model, data, magnet) for magnet in pair]
     stiffness = approach.force * approach.distance / (2 if all(responses) else 3)
     return max(2 / approach.time, math.sqrt(stiffness * max(responses)))
+
+
+def unstable_joints(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, float]:
+    """Return the frequency in rad/s of each joint whose periodic potential is too stiff.
+
+    It is that at the largest curvature, and exceeds 2/h, or what implicit damping makes of this.
+    """
+    found = {}
+    if not (acting_forces(model) & POTENTIALS and model.nuser_jnt):
+        return found
+    integrator, kinds = model.opt.integrator, mujoco.mjtIntegrator
+    explicit = integrator == kinds.mjINT_RK4 or (
+        integrator == kinds.mjINT_EULER and disabled(model, "eulerdamp")
+    )
+    step = float(model.opt.timestep)
+    for joint in np.flatnonzero(model.jnt_user.any(axis=1)).tolist():
+        stiffness = largest_stiffness(model.jnt_user[joint])
+        if model.jnt_type[joint] not in (SLIDE, HINGE) or not stiffness:
+            continue
+        dof = int(model.jnt_dofadr[joint])
+        row = np.zeros((1, 1, model.nv))
+        row[0, 0, dof] = 1.0
+        root = _frequency(model, data, row)  # of the inverse inertia
+        frequency = math.sqrt(stiffness) * root
+        damping = 0.0 if explicit else max(0.0, float(model.dof_damping[dof]))
+        # With implicit damping c, h^2 omega^2 < 4 + 2 h c/I is stable.
+        kick, limit = frequency * step, math.sqrt(4.0 + 2 * step * damping * root * root)
+        if kick > limit or kick == math.inf:
+            found[joint] = frequency
+    return found
+
+
+def largest_stiffness(waves: Array) -> float:
+    """Return the largest curvature of sum_k a_k sin kq + b_k cos kq; infinite if it overflows."""
+    count = len(waves) // 2
+    if not count:
+        return 0.0
+    sines, cosines = waves[: 2 * count].reshape(count, 2).T
+    points, k = FINE * count, np.arange(1, count + 1)
+    spectrum = np.zeros(points // 2 + 1, complex)
+    spectrum[1 : count + 1] = -(k**2) * (cosines - 1j * sines) * points / 2
+    curvature = np.fft.irfft(spectrum, points)
+    return max(0.0, float(curvature.max())) if np.isfinite(curvature).all() else math.inf
 
 
 def _turning_response(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> float:

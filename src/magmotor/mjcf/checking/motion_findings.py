@@ -1,4 +1,4 @@
-"""Magnets that swing or turn too fast for the timestep, or absurdly slowly, and lost spins."""
+"""What swings or turns too fast for the timestep, or absurdly slowly, and lost spins."""
 
 import math
 from collections.abc import Iterator
@@ -7,14 +7,15 @@ import mujoco
 import numpy as np
 from scipy.spatial.distance import cdist
 
+from magmotor.mjcf.checking.applied_fields import unbounded_drives
 from magmotor.mjcf.checking.closest_approach import Meeting
 from magmotor.mjcf.checking.contact_rule import (
     SLACK,
 )
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
-from magmotor.mjcf.checking.frequencies import frequency_at_touch
+from magmotor.mjcf.checking.frequencies import frequency_at_touch, unstable_joints
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
-from magmotor.mjcf.checking.pair_findings import names_of
+from magmotor.mjcf.checking.pair_findings import at_drive_1, names_of
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import Description
 from magmotor.mjcf.lookup import label
@@ -28,6 +29,10 @@ FAR, FAINT, SLOW = 1000.0, 1e-7, 2e-5
 """Distance of the nearest magnet over the size of one, from which positions are in other units than
 sizes; polarization in T, from which sizes are in other units than moments; and the product of
 frequency and timestep below which this is said."""
+
+OF_DIPOLES = "move its dipoles apart", "since a moment, a field, a coil or a factor is too large"
+OF_POTENTIALS = "reduce the user numbers of the joint", "since its user numbers are too large"
+"""What to do if no timestep helps, and why a frequency overflows."""
 
 STAGES = 4
 """How many times as much as one of Euler's a step of RK4 costs."""
@@ -69,8 +74,11 @@ def fast_magnets(
     model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, pairs: list[Meeting]
 ) -> Iterator[Failure]:
     """Yield a failure of the fastest magnet now, and one of each pair at touch, if too fast."""
-    found = [(now[body], label(model, "body", body), 1, "") for body in now]
-    found = sorted(found, reverse=True)[:1]
+    found = []
+    if now:
+        fastest = max(now, key=lambda body: (now[body], label(model, "body", body)))
+        assumed = _assumed(model, state, fastest)
+        found.append((now[fastest], label(model, "body", fastest), 1, assumed))
     for pair in pairs:
         for approach, where in (
             (pair.approach, " where they touch"),
@@ -79,30 +87,51 @@ def fast_magnets(
             if approach:
                 frequency = frequency_at_touch(model, state, pair.magnets, approach)
                 known = max(now.get(magnet.body, 0) for magnet in pair.magnets)
+                where += at_drive_1(model, {magnet.unbounded for magnet in pair.magnets})
                 if approach is pair.approach or frequency > SLACK * known:
                     found.append((frequency, names_of(model, pair), pair.number, where))
     step = float(model.opt.timestep)
     for frequency, name, number, where in found:
-        if frequency == math.inf:
-            yield Failure(
-                name,
-                f"would turn or swing{where} so fast that its frequency overflows, since a moment,"
-                " a field, a coil or a factor is too large",
-                number,
-            )
-        elif frequency * step > UNSTABLE:
-            longest, remedy = rounded_down(RESOLVED / frequency), "move its dipoles apart"
-            if longest < ABSURD * step:
-                longest = math.inf
-            else:
-                remedy = f"take a timestep of at most {longest:g} s"
-            yield Failure(
-                name,
-                f"can swing or turn with omega = {frequency:.3g} rad/s at most{where}, so that"
-                f" omega h = {frequency * step:.3g} exceeds 2; {remedy}",
-                number,
-                longest,
-            )
+        yield from _too_fast(step, frequency, name, number, where, *OF_DIPOLES)
+
+
+def fast_joints(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+    """Yield a failure of each joint that swings too fast in its periodic potential."""
+    step = float(model.opt.timestep)
+    for joint, frequency in unstable_joints(model, state).items():
+        name = label(model, "joint", joint)
+        yield from _too_fast(step, frequency, name, 1, " in its potential", *OF_POTENTIALS)
+
+
+def _too_fast(
+    step: float, frequency: float, name: str, number: int, where: str, remedy: str, cause: str
+) -> Iterator[Failure]:
+    """Yield at most one failure: that a frequency is too high for the timestep."""
+    if frequency == math.inf:
+        yield Failure(
+            name,
+            f"would turn or swing{where} so fast that its frequency overflows, {cause}",
+            number,
+        )
+    elif frequency * step > UNSTABLE:
+        longest = rounded_down(RESOLVED / frequency)
+        if longest < ABSURD * step:
+            longest = math.inf
+        else:
+            remedy = f"take a timestep of at most {longest:g} s"
+        yield Failure(
+            name,
+            f"can swing or turn with omega = {frequency:.3g} rad/s at most{where}, so that"
+            f" omega h = {frequency * step:.3g} exceeds 2; {remedy}",
+            number,
+            longest,
+        )
+
+
+def _assumed(model: mujoco.MjModel, state: mujoco.MjData, body: int) -> str:
+    """Say which drives of coils, and of fields that act on a body, are taken at 1."""
+    coils = {magnet.unbounded for magnet in magnets_of(model, state)}
+    return at_drive_1(model, coils | unbounded_drives(model, state, body))
 
 
 def unkept_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:

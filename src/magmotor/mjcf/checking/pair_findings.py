@@ -118,12 +118,17 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
 
 def _assumed(model: mujoco.MjModel, pair: Meeting) -> str:
     """Say which coils are taken at a drive that nothing bounds, and which limit is too soft."""
-    names = {label(model, "actuator", m.unbounded) for m in pair.magnets if m.unbounded >= 0}
-    said = f" (at drive 1 of {' and '.join(sorted(names))}, which nothing bounds)" if names else ""
+    said = at_drive_1(model, {magnet.unbounded for magnet in pair.magnets})
     if pair.soft_limit >= 0:
         said += f" (the limit of {label(model, 'joint', pair.soft_limit)} is too soft to keep them"
         said += " apart)"
     return said
+
+
+def at_drive_1(model: mujoco.MjModel, actuators: set[int]) -> str:
+    """Say which actuators are taken at drive 1, since nothing bounds them; -1 stands for none."""
+    names = {label(model, "actuator", actuator) for actuator in actuators - {-1}}
+    return f" (at drive 1 of {' and '.join(sorted(names))}, which nothing bounds)" if names else ""
 
 
 def _outcome(
