@@ -14,7 +14,7 @@ from magmotor.mjcf.checking.contact_rule import (
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.frequencies import frequency_at_touch
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
-from magmotor.mjcf.checking.pair_findings import names_of
+from magmotor.mjcf.checking.pair_findings import names_of, unless_limited
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import Description
 from magmotor.mjcf.lookup import label
@@ -72,10 +72,8 @@ def fast_magnets(
     found = [(now[body], label(model, "body", body), 1, "") for body in now]
     found = sorted(found, reverse=True)[:1]
     for pair in pairs:
-        for approach, where in (
-            (pair.approach, " where they touch"),
-            (pair.linked, " where their joints let them come nearest"),
-        ):
+        nearest = f" where their joints let them come nearest{unless_limited(model, pair)}"
+        for approach, where in ((pair.approach, " where they touch"), (pair.linked, nearest)):
             if approach:
                 frequency = frequency_at_touch(model, state, pair.magnets, approach)
                 known = max(now.get(magnet.body, 0) for magnet in pair.magnets)
