@@ -504,7 +504,7 @@ CARTS = """
     ("distance", "height", "number"), [(0.029, 0, 0), (0.031, 0, 1), (0.04, 0.021, 0)]
 )
 def test_what_cannot_meet_is_not_checked(distance, height, number):
-    text = CARTS.format(range=distance, height=height, site='<site user="1"/>')
+    text = CARTS.format(range=distance, height=height, site='<site zaxis="1 0 0" user="1"/>')
     found = mm.check(mujoco.MjModel.from_xml_string(text))
     assert len(found.findings) == number
 

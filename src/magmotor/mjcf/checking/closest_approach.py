@@ -22,6 +22,7 @@ from magmotor.mjcf.checking.geoms import (
 )
 from magmotor.mjcf.checking.groups import groups_of_pairs
 from magmotor.mjcf.checking.limits import softest_limit
+from magmotor.mjcf.checking.rails import repel_on_rail
 from magmotor.mjcf.checking.reach import common_ancestor, limited_slides, reach
 from magmotor.mjcf.checking.side import Side
 from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
@@ -95,7 +96,10 @@ def _meeting(
     touching: NDArray,
     built: dict[tuple, Side],
 ) -> Meeting | None:
-    """Return how two magnets meet; None if nothing of them can. `built` keeps their sides."""
+    """Return how two magnets meet; None if nothing of them can, or if they repel each other.
+
+    `built` keeps their sides.
+    """
     one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
     acts, factor = _factors(model, one, other)
@@ -116,6 +120,8 @@ def _meeting(
         apart = np.array(deepest)[:, np.newaxis]
     else:
         apart = sides[0].depth[:, np.newaxis] + sides[1].depth
+        if repel_on_rail(model, data, magnets, apart):
+            return None
     walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
     while walls and _keep_apart(gaps):

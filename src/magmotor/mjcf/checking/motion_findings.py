@@ -9,13 +9,11 @@ from scipy.spatial.distance import cdist
 
 from magmotor.mjcf.checking.applied_fields import unbounded_drives
 from magmotor.mjcf.checking.closest_approach import Meeting
-from magmotor.mjcf.checking.contact_rule import (
-    SLACK,
-)
+from magmotor.mjcf.checking.contact_rule import SLACK
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.frequencies import frequency_at_touch, unstable_joints
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
-from magmotor.mjcf.checking.pair_findings import at_drive_1, names_of
+from magmotor.mjcf.checking.pair_findings import at_drive_1, names_of, unless_limited
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.describe import Description
 from magmotor.mjcf.lookup import label
@@ -80,10 +78,8 @@ def fast_magnets(
         assumed = _assumed(model, state, fastest)
         found.append((now[fastest], label(model, "body", fastest), 1, assumed))
     for pair in pairs:
-        for approach, where in (
-            (pair.approach, " where they touch"),
-            (pair.linked, " where their joints let them come nearest"),
-        ):
+        nearest = f" where their joints let them come nearest{unless_limited(model, pair)}"
+        for approach, where in ((pair.approach, " where they touch"), (pair.linked, nearest)):
             if approach:
                 frequency = frequency_at_touch(model, state, pair.magnets, approach)
                 known = max(now.get(magnet.body, 0) for magnet in pair.magnets)

@@ -20,6 +20,7 @@ from magmotor.mjcf.checking.contact_rule import (
 )
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.impact import deepest_impact
+from magmotor.mjcf.checking.reach import turns_are_limited
 from magmotor.mjcf.lookup import label
 
 COARSE = 0.8
@@ -57,7 +58,8 @@ def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
     where = "a dipole is in the plane of iron" if _has_plane(pair) else "their dipoles coincide"
     return Failure(
         names_of(model, pair),
-        f"can come so near that {where}, since {why}; enclose the dipoles in geoms that collide",
+        f"can come so near that {where}{unless_limited(model, pair)}, since {why}; enclose the"
+        " dipoles in geoms that collide",
         pair.number,
     )
 
@@ -158,6 +160,14 @@ def _outcome(
 
 def _has_plane(pair: Meeting) -> bool:
     return pair.magnets[1].images != 0
+
+
+def unless_limited(model: mujoco.MjModel, pair: Meeting) -> str:
+    """Say that limits of hinges and balls, which `reach` leaves out, may keep two magnets apart."""
+    one, other = pair.magnets
+    if not turns_are_limited(model, one.body, other.body):
+        return ""
+    return " unless the limits of their hinges or ball joints keep them apart"
 
 
 def names_of(model: mujoco.MjModel, pair: Meeting) -> str:

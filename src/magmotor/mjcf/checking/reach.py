@@ -171,6 +171,15 @@ def limited_slides(model: mujoco.MjModel, body: int, ancestor: int) -> list[int]
     return [j for j in joints if model.jnt_limited[j] and model.jnt_type[j] == slide]
 
 
+def turns_are_limited(model: mujoco.MjModel, one: int, other: int) -> bool:
+    """Return whether hinges or balls between two bodies have limits."""
+    if disabled(model, "limit"):
+        return False
+    joints = joints_between(model, one, other)
+    slide = mujoco.mjtJoint.mjJNT_SLIDE
+    return any(model.jnt_limited[j] and model.jnt_type[j] != slide for j in joints)
+
+
 def common_ancestor(model: mujoco.MjModel, one: int, other: int) -> int:
     """Return the lowest body that both bodies hang on; 0, the world, if they are separate."""
     while one != other:
