@@ -83,7 +83,7 @@ def _title(advice: "Advice") -> str:
 
 def _rows(advice: "Advice") -> list[list[str]]:
     head = ["integrator", "timestep", "error", *["worst element"] * _has_elements(advice)]
-    rows = [[*head, "cost", "order", "fails from", "stable up to", "limited by"]]
+    rows = [[*head, "cost", "order", "fails from", "stable at rest up to", "limited by"]]
     for integrator in dict.fromkeys(point.integrator for point in advice.points):
         mine = [point for point in advice.points if point.integrator == integrator]
         within = [p for p in mine if MARGIN * (p.error + advice.doubt) <= advice.error]
