@@ -125,7 +125,7 @@ def test_a_file_of_empty_lines_is_read_at_once(tmp_path):
     path.write_text('scene = "Top"' + 49_000 * "\n")
     began = time.process_time()
     assert mm.read_scene(path) == mm.Top()
-    assert time.process_time() - began < 5  # 0.02
+    assert time.process_time() - began < 0.6  # 0.02
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -171,3 +171,39 @@ def test_dipoles_that_only_joints_keep_apart_may_be_fast(height, found):
         (omega,) = frequencies(near, data).values()
         said = float(findings[0].split("omega = ")[1].split(" rad/s")[0])
         assert 0.9 < said / omega < 3  # a bound that does not know the axes
+
+
+@pytest.mark.parametrize(
+    ("equality", "said"),
+    [
+        ('<weld body1="one" body2="other"/>', True),
+        ('<connect body1="other" anchor="0 0 0"/>', True),
+        ('<weld body1="one" body2="other" active="false"/>', False),
+        ('<weld body1="third"/>', False),
+    ],
+)
+def test_equality_constraints_are_said_not_to_count(equality, said):
+    model = mujoco.MjModel.from_xml_string(f"""
+    <mujoco>
+      <custom><text name="magmotor" data="dipoles"/></custom>
+      <worldbody>
+        <body name="one"><freejoint/><geom size=".01" contype="0"/><site user="1"/></body>
+        <body name="other" pos=".1 0 0"><freejoint/><geom size=".01" contype="0"/><site user="1"/>
+        </body>
+        <body name="third" pos="0 0 9"><freejoint/><geom size=".01"/></body>
+      </worldbody>
+      <equality>{equality}</equality>
+    </mujoco>""")
+    (finding,) = [each for each in mm.check(model).findings if "coincide" in each]
+    assert ("coincide unless equality constraints keep them apart, since" in finding) == said
+
+
+def test_a_model_on_which_nothing_acts_is_warned_of_by_its_findings_only(recwarn):
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <extension><plugin plugin="magmotor.forces"><instance name="m"/></plugin></extension>
+      <worldbody><body><freejoint/><geom size=".01"/></body></worldbody>
+    </mujoco>""")
+    recwarn.clear()
+    assert "nothing acts" in str(mm.check(model))
+    assert not recwarn

@@ -876,6 +876,20 @@ def test_records_that_remember_their_start_are_warned_of():
     assert float(found.total_error) < 0.016e-3
 
 
+def test_many_velocities_that_remember_their_start_are_warned_of():
+    """Of more than 500 velocities, the slowest single one is judged."""
+    slides = "".join(
+        f'<body pos="{k} 0 0"><joint name="j{k}" type="slide" damping="{1e-4 if k == 7 else 1e3}"/>'
+        '<geom size="0.1" mass="1" contype="0"/></body>'
+        for k in range(501)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option gravity="0 0 0"/><worldbody>{slides}</worldbody></mujoco>'
+    )
+    with pytest.warns(UserWarning, match=r"^joint 'j7': .* 100 % .* at 0\.0001 per s: settle"):
+        mm.Langevin(model, kT=1.0, seed=1).sample(10, replicas=1)
+
+
 def test_friction_too_strong_for_part_o_warms_after_the_steps_it_is_said_to_take():
     """By v' = -v (1 - 4/x), with x = 2000 the friction rate times the timestep.
 

@@ -214,7 +214,7 @@ def test_the_constant_may_change_while_the_model_runs():
     model, data = beads()
     numeric = model.numeric("magnetic_constant").data
     before, numeric[0] = pull(model, data), 3 * numeric[0]
-    assert pull(model, data) == pytest.approx(3 * before, rel=1e-14, abs=0)  # 2e-16
+    assert pull(model, data) == pytest.approx(3 * before, rel=5e-15, abs=0)  # 2e-16
 
 
 @pytest.mark.parametrize("numbers", [[0], [-1e-3], [np.inf], [np.nan], [1e-3, 1e-3]], ids=str)

@@ -1,6 +1,7 @@
 """`check`: which parts of a model with magnets will fail, and settings that prevent it."""
 
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -147,7 +148,8 @@ def examined(
         return result
     check_number("timestep of the model", model.opt.timestep, above=0)
     acting_forces(model)  # an invalid model would crash MuJoCo's functions
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the plugin, since the findings say the same
         found = [*failures(model, _state(model, data))]
         description = described(model)
     numbers = {name: row for failure in found for name, row in failure.owners}

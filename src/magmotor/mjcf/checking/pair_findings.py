@@ -20,7 +20,7 @@ from magmotor.mjcf.checking.contact_rule import (
 )
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.impact import deepest_impact
-from magmotor.mjcf.checking.reach import turns_are_limited
+from magmotor.mjcf.checking.reach import equality_is_between, turns_are_limited
 from magmotor.mjcf.lookup import label
 
 COARSE = 0.8
@@ -163,11 +163,12 @@ def _has_plane(pair: Meeting) -> bool:
 
 
 def unless_limited(model: mujoco.MjModel, pair: Meeting) -> str:
-    """Say that limits of hinges and balls, which `reach` leaves out, may keep two magnets apart."""
-    one, other = pair.magnets
-    if not turns_are_limited(model, one.body, other.body):
-        return ""
-    return " unless the limits of their hinges or ball joints keep them apart"
+    """Say what `reach` leaves out and may keep two magnets apart: equalities, limits of turns."""
+    one, other = (magnet.body for magnet in pair.magnets)
+    causes = ["equality constraints"] if equality_is_between(model, one, other) else []
+    if turns_are_limited(model, one, other):
+        causes.append("the limits of their hinges or ball joints")
+    return f" unless {' or '.join(causes)} keep them apart" if causes else ""
 
 
 def names_of(model: mujoco.MjModel, pair: Meeting) -> str:

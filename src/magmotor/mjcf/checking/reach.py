@@ -180,6 +180,22 @@ def turns_are_limited(model: mujoco.MjModel, one: int, other: int) -> bool:
     return any(model.jnt_limited[j] and model.jnt_type[j] != slide for j in joints)
 
 
+def equality_is_between(model: mujoco.MjModel, one: int, other: int) -> bool:
+    """Return whether an active equality constraint acts on what is between two bodies, or on it."""
+    joints = {*joints_between(model, one, other)}
+    ancestor = common_ancestor(model, one, other)
+    bodies = {*_chain(model, one, ancestor), *_chain(model, other, ancestor)}
+    for k in np.flatnonzero(model.eq_active0).tolist():
+        kind, ends = model.eq_objtype[k], {int(model.eq_obj1id[k]), int(model.eq_obj2id[k])}
+        if kind == mujoco.mjtObj.mjOBJ_SITE:
+            kind, ends = mujoco.mjtObj.mjOBJ_BODY, {int(model.site_bodyid[end]) for end in ends}
+        if kind == mujoco.mjtObj.mjOBJ_BODY and bodies & ends:
+            return True
+        if kind == mujoco.mjtObj.mjOBJ_JOINT and joints & ends:
+            return True
+    return False
+
+
 def common_ancestor(model: mujoco.MjModel, one: int, other: int) -> int:
     """Return the lowest body that both bodies hang on; 0, the world, if they are separate."""
     while one != other:

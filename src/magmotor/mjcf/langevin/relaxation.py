@@ -52,20 +52,23 @@ def unsettled(
     settle, nstep : int
         Numbers of steps before and within the records.
     """
-    if model.nv > LARGEST_MATRIX:
-        return ""
     mujoco.mj_fwdPosition(model, data)
-    inertia = inertia_matrix(model, data)
-    try:
-        rates, basis = eigh(friction_matrix(model, data, friction), inertia)
-    except np.linalg.LinAlgError:  # joints that move nearly the same
-        return ""
-    timestep, nothing = model.opt.timestep, np.zeros_like(inertia)
+    inertia, damping = inertia_matrix(model, data), friction_matrix(model, data, friction)
+    if model.nv > LARGEST_MATRIX:  # the slowest rate is at most that of any direction
+        slowest = (damping.diagonal() / inertia.diagonal()).argmin()
+        basis = np.eye(model.nv)[:, [slowest]] / math.sqrt(inertia[slowest, slowest])
+        rates, forces = (basis.T @ damping @ basis).diagonal(), None
+    else:
+        try:
+            rates, basis = eigh(damping, inertia)
+        except np.linalg.LinAlgError:  # joints that move nearly the same
+            return ""
+    timestep, nothing = model.opt.timestep, np.zeros((len(rates), len(rates)))
     parts = scheme.parts.replace("S", "R")
     step = splitting_step(parts, scheme.fractions, exact=True, response=crank_nicolson)
     motion = SmallMotion(nothing, np.diag(np.maximum(rates, 0.0)), nothing)
-    kept = np.abs(np.diag(step(motion, timestep)[model.nv :, model.nv :]))
-    loss, shape = -2 * math.log(max(kept.max(), LEAST)), np.eye(model.nv)[kept.argmax()]
+    kept = np.abs(np.diag(step(motion, timestep)[len(rates) :, len(rates) :]))
+    loss, shape = -2 * math.log(max(kept.max(), LEAST)), np.eye(len(rates))[kept.argmax()]
     # The energy of an oscillation is lost half as fast.
     if _mean_left(loss / 2, settle, nstep) <= TOLERATED:
         return ""
