@@ -680,3 +680,22 @@ ONE_JOINT = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody
 def test_the_data_of_another_model_are_rejected():
     with pytest.raises(ValueError, match=r"shape of data.qpos = \(1,\): must be \(14,\)"):
         mm.check(pair(), mujoco.MjData(mujoco.MjModel.from_xml_string(ONE_JOINT)))
+
+
+def test_a_fix_makes_no_contact_softer_and_converges():
+    """A soft geom is to blame, not the stiff ones that it touches."""
+    ball = (
+        '<body pos="{0} 0 0"><freejoint/><geom name="{1}" size=".005" density="7500" {2}/>'
+        '<site user="{3}"/></body>'
+    )
+    balls = ball.format(0, "stiff", "", 0.001) + ball.format(0.02, "soft", 'solref="0.5 1"', 0.001)
+    balls += ball.format(0.04, "strong", "", 0.05)
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><custom><text name="magmotor" data="dipoles"/></custom><worldbody>'
+        f"{balls}</worldbody></mujoco>"
+    )
+    before = model.geom_solref[:, 0].copy()
+    mm.check(model, fix=True)
+    assert (model.geom_solref[:, 0] <= before).all()
+    assert model.geom_solref[1, 0] < 0.03
+    assert mm.check(model).settings == ()

@@ -18,8 +18,11 @@ if __name__ == "__main__":
         print(pool.submit(mine.environment).result(120))
         pool.close()
     else:
+        mm.sweep.local_cluster  # may set variables itself
+        before = dict(os.environ)
         with mm.sweep.local_cluster(1) as address, mm.sweep.dask_workers(address) as (executor, _):
-            assert "PYTHONSAFEPATH" not in os.environ  # of programs that are started meanwhile
+            # of programs that are started meanwhile
+            assert {**os.environ, "__DASK_PARENT_PID": ""} == {**before, "__DASK_PARENT_PID": ""}
             print(executor.submit(mine.environment).result(120))
             os.kill(executor.submit(os.getpid).result(120), 9)
             print(executor.submit(mine.environment).result(120))

@@ -139,15 +139,15 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
 def _safely_starting(nanny: type) -> type:
     """Return a class of those that start workers, also again after they die; see `OWN_PATH`.
 
-    Dask sets a worker's environment after it has started. Here, it is that of this process until no
-    worker is starting.
+    Dask sets a part of a worker's environment after it has started, and another part in this
+    process, for good. Here, all of it is that of this process until no worker is starting.
     """
     stack, starting = ExitStack(), set()
 
     class Nanny(nanny):
         async def instantiate(self) -> Any:
             if not starting:
-                stack.enter_context(environment(OWN_PATH))
+                stack.enter_context(environment(self.pre_spawn_env | OWN_PATH))
             starting.add(self)
             try:
                 return await super().instantiate()

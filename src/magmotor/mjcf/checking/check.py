@@ -157,6 +157,11 @@ def examined(
     for failure in found:
         for name, _ in failure.owners:
             constants[name] = min(constants[name], failure.constant)
+    for name, row in numbers.items():  # one may be stiff enough, and the other one to blame
+        if 0 < row[0] <= constants[name]:
+            constants[name] = float(row[0])
+            if row[1] == 1.0:
+                del constants[name]
     timestep = min([float(model.opt.timestep), *(failure.timestep for failure in found)])
     done, settings = "set" if fix else "proposed", []
     if constants:
@@ -172,8 +177,8 @@ def examined(
         model.opt.timestep = timestep
         if integrator:
             model.opt.integrator = INTEGRATORS[integrator]
-        for name, row in numbers.items():
-            row[:2] = constants[name], 1.0
+        for name, constant in constants.items():
+            numbers[name][:2] = constant, 1.0
     return Check(
         findings=tuple(_merged(found)),
         timestep=timestep,

@@ -64,6 +64,9 @@ class Meeting(NamedTuple):
     """A joint whose limit is too soft to keep them apart, or -1."""
     exact: bool
     """Whether they reach the force of the approach."""
+    repels: bool
+    """Whether they push each other apart wherever they can be, so that no contact must hold them.
+    A long timestep can still take them through each other."""
 
 
 def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
@@ -120,8 +123,6 @@ def _meeting(
         apart = np.array(deepest)[:, np.newaxis]
     else:
         apart = sides[0].depth[:, np.newaxis] + sides[1].depth
-        if repel_on_rail(model, data, magnets, apart):
-            return None
     walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
     while walls and _keep_apart(gaps):
@@ -159,9 +160,10 @@ def _meeting(
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     exact = _is_exact(model, data, magnets, geoms)
+    repels = not other.images and repel_on_rail(model, data, magnets, apart)
     return Meeting(
         magnets, (int(i), int(j)), 1, touching, touching, approach, linked, bool(near.any()),
-        spacing, int(pieces[0]), soft, exact,
+        spacing, int(pieces[0]), soft, exact, repels,
     )  # fmt: skip
 
 

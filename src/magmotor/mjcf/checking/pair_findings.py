@@ -35,9 +35,9 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
     """Yield what will fail where two magnets come near each other."""
     if pair.exposed:
         yield _exposure(model, pair)
-    if pair.approach:
+    if pair.approach and not pair.repels:
         yield from _weak_contacts(model, pair, pair.approach)
-    if pair.spacing and pair.spacing.apart < COARSE * pair.spacing.within:
+    if pair.spacing and not pair.repels and pair.spacing.apart < COARSE * pair.spacing.within:
         yield _coarseness(model, pair, *pair.spacing)
     if pair.wide >= 0:
         yield Failure(
