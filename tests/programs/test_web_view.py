@@ -323,6 +323,8 @@ def test_a_page_ignores_what_it_does_not_send(shown, connect, capsys):
         {"type": "RunJavascriptMessage", "source": "x"},
         {"type": "NoSuchMessage"},
         CAMERA | {"position": [0, 0, float("inf")]},
+        CAMERA | {"position": [1e308, 0, 1]},
+        CAMERA | {"image_height": 0},
         CAMERA | {"wxyz": [1, 0, 0]},
         CAMERA | {"owner": "x"},
         ["GuiUpdateMessage"],
@@ -332,6 +334,7 @@ def test_a_page_ignores_what_it_does_not_send(shown, connect, capsys):
         for message in hostile:
             browser.send(msgspec.msgpack.encode(message))
         browser.send(b"\xff\x00 no message")
+        browser.send(b"\x91" * 60_000)  # lists in lists
         browser.send("text")
         browser.send(msgspec.msgpack.encode(CAMERA))
         browser.send(msgspec.msgpack.encode(update(tilt, value=0.1)))
@@ -359,6 +362,7 @@ def test_a_page_closes_the_connection_at_a_message_of_a_megabyte(shown, connect)
     [
         {"Origin": "http://evil.example"},
         {"Origin": "null"},
+        {"Origin": "http://[evil"},
         {"Host": "evil.example:8080", "Origin": "http://evil.example:8080"},
         {"Host": "127.0.0.1.evil.example", "Origin": "http://127.0.0.1.evil.example"},
     ],

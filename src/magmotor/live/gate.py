@@ -5,7 +5,6 @@ whatever attribute a message names.
 """
 
 import ipaddress
-import math
 import socket
 import sys
 from collections.abc import Callable, Iterator
@@ -13,6 +12,9 @@ from contextlib import contextmanager
 from http import HTTPStatus
 from typing import Any
 from urllib.parse import urlsplit
+
+FAR = 1e9
+"""Largest number in a message; the sizes of scenes are in m."""
 
 LARGEST = 1 << 16
 """Bytes of a message above which its connection is closed; the page sends less than 1000."""
@@ -78,9 +80,9 @@ class Gate:
         A site whose name its owner lets lead here (DNS rebinding) is another name.
         """
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
-        if len(hosts) != 1 or any(urlsplit(origin).netloc != hosts[0] for origin in origins):
-            return False
         try:
+            if len(hosts) != 1 or any(urlsplit(origin).netloc != hosts[0] for origin in origins):
+                return False
             name = urlsplit(f"//{hosts[0]}").hostname or ""
         except ValueError:
             return False
@@ -93,8 +95,10 @@ class Gate:
         try:
             match msgspec.msgpack.decode(message):
                 case {"type": "ViewerCameraMessage", **camera}:
-                    return camera.keys() == CAMERA.keys() and all(
-                        _are_numbers(camera[name], length) for name, length in CAMERA.items()
+                    return (
+                        camera.keys() == CAMERA.keys()
+                        and all(_are_numbers(camera[name], n) for name, n in CAMERA.items())
+                        and min(camera["image_height"], camera["image_width"]) > 0
                     )
                 case {
                     "type": "GuiUpdateMessage",
@@ -102,7 +106,7 @@ class Gate:
                     "updates": {"value": value, **others},
                 }:
                     return not others and one in self.inputs and self.inputs[one](value)
-        except (msgspec.DecodeError, TypeError, ValueError):
+        except (msgspec.DecodeError, RecursionError, TypeError, ValueError):
             pass
         return False
 
@@ -117,12 +121,12 @@ class Gate:
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a finite number."""
-    return type(value) in (int, float) and math.isfinite(value)
+    """Whether a value is a number that is not absurdly large."""
+    return type(value) in (int, float) and abs(value) <= FAR
 
 
 def _are_numbers(value: Any, length: int) -> bool:
-    """Whether a value is a list of so many finite numbers, or, for length 0, one number."""
+    """Whether a value is a list of so many numbers, or, for length 0, one number."""
     if not length:
         return is_number(value)
     return isinstance(value, list) and len(value) == length and all(map(is_number, value))

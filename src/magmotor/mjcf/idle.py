@@ -123,10 +123,10 @@ def renamed(model: mujoco.MjModel) -> Iterator[str]:
             name = name_of(model, kind, k)
             for prefix in () if name.startswith(prefixes) else prefixes:
                 if f"/{prefix}" in name or f"_{prefix}" in name:
-                    yield (
-                        f"{kind} {name!r}, since only names that start with {prefix} count"
-                        " (MjSpec.attach adds a prefix)"
-                    )
+                    only = f"names that start with {prefix} count"
+                    if prefix.startswith("magnetic_"):
+                        only = f"the name {prefix} counts"
+                    yield f"{kind} {name!r}, since only {only} (MjSpec.attach adds a prefix)"
     for k in range(model.ntext):
         name = name_of(model, "text", k)
         if resembles_mark(name) and name != MARK_NAME:
