@@ -99,21 +99,20 @@ def _meeting(
     touching: NDArray,
     built: dict[tuple, Side],
 ) -> Meeting | None:
-    """Return how two magnets meet; None if nothing of them can, or if they repel each other.
-
-    `built` keeps their sides.
-    """
+    """Return how two magnets meet; None if nothing of them can. `built` keeps their sides."""
     one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
     acts, factor = _factors(model, one, other)
     margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
     geoms = [geoms_of(model, magnet, touching) for magnet in magnets]
-    sides = []
-    for magnet, own, push in zip(magnets, geoms, (margin, 0.0), strict=True):
+
+    def side(magnet: Magnet, own: NDArray, push: float) -> Side:
         key = magnet.body, magnet.images, own.tobytes(), push
         if key not in built:
             built[key] = Side(model, data, magnet, own, push)
-        sides.append(built[key])
+        return built[key]
+
+    sides = side(one, geoms[0], margin), side(other, geoms[1], 0.0)
     masses = _masses(model, magnets, touching)
     level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
     if other.images:
@@ -148,9 +147,9 @@ def _meeting(
                 shared = contacts_that_share(model, data, magnets, *pose, approach.depth, touching)
                 approach = approach._replace(contacts=shared)
         else:
-            approach = closest_approach((sides[0], sides[1]), held, factor, masses)
+            approach = closest_approach(sides, held, factor, masses)
     if approach:
-        spacing = coarsest((sides[0], sides[1]), held)
+        spacing = coarsest(sides, held)
     kept = acts & (apart < COINCIDENCE) & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
     if kept.any():
         linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
@@ -160,7 +159,7 @@ def _meeting(
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     exact = _is_exact(model, data, magnets, geoms)
-    repels = not other.images and repel_on_rail(model, data, magnets, apart)
+    repels = bool(approach and not other.images and repel_on_rail(model, data, magnets, apart))
     return Meeting(
         magnets, (int(i), int(j)), 1, touching, touching, approach, linked, bool(near.any()),
         spacing, int(pieces[0]), soft, exact, repels,
