@@ -11,8 +11,9 @@ import numpy as np
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.findings import Failure, failures
-from magmotor.mjcf.describe import described, elsewhere
+from magmotor.mjcf.describe import Description, described, elsewhere
 from magmotor.mjcf.idle import renamed
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.lookup import INTEGRATORS
@@ -23,7 +24,7 @@ SOUND = "nothing to fix"
 EMPTY = "nothing acts on this model: it has no dipoles, fields, coils or iron"
 """What the text says without findings."""
 
-NOTE = "note: not acting: {}"
+NOTE = "note: {}"
 """The line of a note."""
 
 LISTED = 4
@@ -53,7 +54,8 @@ class Check:
     units : tuple of str
         What the units in these sentences stand for, if the model's are not those of SI.
     notes : tuple of str
-        Where the forces do not act, which is no failure inside `magnetism()`.
+        Where the forces do not act, which is no failure inside `magnetism()`; and spins that are
+        not judged, since the model does not tell them.
     """
 
     findings: tuple[str, ...]
@@ -150,8 +152,10 @@ def examined(
     acting_forces(model)  # an invalid model would crash MuJoCo's functions
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, since the findings say the same
-        found = [*failures(model, _state(model, data))]
+        state = _state(model, data)
+        found = [*failures(model, state)]
         description = described(model)
+        unknown = [*unknown_spins(model, state)] if description.acting else []
     numbers = {name: row for failure in found for name, row in failure.owners}
     constants = dict.fromkeys(numbers, math.inf)
     for failure in found:
@@ -188,10 +192,16 @@ def examined(
         acting=bool(description.acting),
         units=own_units(model),
         notes=(
-            *elsewhere(description, briefly=description.marked),
-            *(renamed(model) if description.acting else ()),  # else the findings contain them
+            *(f"not acting: {each}" for each in _idle(model, description)),
+            *(f"spins {each} are not judged: put them in a keyframe" for each in unknown),
         ),
     )
+
+
+def _idle(model: mujoco.MjModel, found: Description) -> Iterator[str]:
+    """Yield what does not act, and where, unless a finding says so."""
+    yield from elsewhere(found, briefly=found.marked)
+    yield from renamed(model) if found.acting else ()
 
 
 def _copy_settings(model: mujoco.MjModel, spec: mujoco.MjSpec) -> None:

@@ -27,6 +27,9 @@ NAMES = {int(kind): name for name, kind in INTEGRATORS.items()}
 RIGID = {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3}
 """Degrees of freedom of trees that are one rigid body."""
 
+DRIVEN = "can spin"
+"""Verb of what actuators, or others that turn, can turn."""
+
 LONG = 10_000
 """Timesteps of interest: growth by e that takes longer is no finding, in any unit of time."""
 
@@ -81,6 +84,8 @@ class Tree(NamedTuple):
     turns: bool
     """Whether it moves, and can turn about all axes."""
     rigid: bool
+    driven: bool
+    """Whether something keeps it at its velocities in spite of damping."""
 
 
 def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
@@ -95,8 +100,8 @@ def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
     data = mujoco.MjData(probe)
     for verb, where, qpos, qvel in moving:
         data.qpos[:], data.qvel[:] = qpos, qvel
-        trees = _trees(probe, data, step)
-        trees = [tree for tree in trees if tree.turns]
+        driven = verb == DRIVEN
+        trees = [tree for tree in _trees(probe, data, step, driven) if tree.turns]
         rates = np.array([_growth(tree, step, long, int(probe.opt.integrator)) for tree in trees])
         if abs(rates).max(initial=0) <= max(1 / long, abs(worst.rate) if worst else 0.0):
             continue
@@ -104,7 +109,7 @@ def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
         members = probe.body_treeid == trees[fastest].number
         speeds = np.where(members, np.linalg.norm(data.cvel[:, :3], axis=1), 0)
         kinds = int(probe.opt.integrator), RK4
-        steps = [_longest_step(probe, data, step, long, kind) for kind in kinds]
+        steps = [_longest_step(probe, data, driven, step, long, kind) for kind in kinds]
         worst = Spin(
             body=int(speeds.argmax()),
             speed=float(speeds.max()),
@@ -126,10 +131,10 @@ def _spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[tuple[str, s
         name = given_name(model, "key", k) or k
         yield "spins", f" in keyframe {name!r}", model.key_qpos[k], model.key_qvel[k]
     for where, qvel in driven_velocities(model, state):
-        yield "can spin", where, state.qpos, qvel
+        yield DRIVEN, where, state.qpos, qvel
 
 
-def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree]:
+def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float, driven: bool) -> list[Tree]:
     """Return the trees of bodies, linearized; changes the model, but not the state."""
     if not data.qvel.any() or not np.isfinite(data.qvel).all():
         return []
@@ -164,7 +169,9 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float) -> list[Tree
         finite = np.isfinite([mass, slope, response]).all()
         if finite and np.linalg.matrix_rank(mass) == count:  # less if joints move alike
             matrix = np.asarray(np.linalg.solve(mass, slope), float)
-            found.append(Tree(number, qvel[own], mass, matrix, response, bool(moves), rigid))
+            found.append(
+                Tree(number, qvel[own], mass, matrix, response, bool(moves), rigid, driven)
+            )
     return found
 
 
@@ -198,6 +205,8 @@ def _lasting(tree: Tree, long: float) -> float:
 
     Gyroscopic forces do no work.
     """
+    if tree.driven:
+        return 1.0
     momentum = tree.inertia @ tree.velocities
     exponent = -2 * long * (momentum @ tree.matrix @ tree.velocities) / (momentum @ tree.velocities)
     return float(-np.expm1(-exponent) / exponent) if exponent > 1e-9 else 1.0
@@ -218,7 +227,12 @@ def _energy_growth(tree: Tree) -> float:
 
 
 def _longest_step(
-    model: mujoco.MjModel, data: mujoco.MjData, step: float, long: float, integrator: int
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    driven: bool,
+    step: float,
+    long: float,
+    integrator: int,
 ) -> float:
     """Return the longest timestep in s, up to `step`, at which no wobble errs; 0 if none is found.
 
@@ -227,7 +241,8 @@ def _longest_step(
     before, longest, excess = int(model.opt.integrator), step, math.inf
     model.opt.integrator = integrator
     for _ in range(TRIES):
-        trees = [tree for tree in _trees(model, data, longest) if tree.turns or integrator == RK4]
+        trees = _trees(model, data, longest, driven)
+        trees = [tree for tree in trees if tree.turns or integrator == RK4]
         excess = long * max(abs(_growth(tree, longest, long, integrator)) for tree in trees)
         if integrator == RK4:
             spinning = [np.linalg.eigvals(tree.matrix) for tree in trees if tree.turns]
