@@ -270,10 +270,13 @@ BAR = """
 
 @pytest.mark.parametrize(("number", "kind", "apart", "found"), [
     (3, "box", 0.01, False), (4, "box", 0.01, True), (6, "box", 0.01, True),
-    (4, "box", 0.011, False), (4, "sphere", 0.01, False),
+    (4, "box", 0.011, False), (4, "sphere", 0.01, True),
 ])  # fmt: skip
 def test_rows_of_iron_that_touch(number, kind, apart, found):
-    """Rows of three cubes are attracted like one box within 9 %, those of four are not."""
+    """Rows of three cubes are attracted like one box within 9 %, those of four are not.
+
+    test_iron_at_short_range judges spheres.
+    """
     element = '<element objtype="geom" objname="{}"/>'
     geom = '<geom name="{}" type="' + kind + '" size=".005 .005 .005" pos="{} 0 0"/>'
     geoms = "".join(geom.format(k, apart * (k - (number - 1) / 2)) for k in range(number))
@@ -356,10 +359,14 @@ SPHERES = """
   </custom>
   <default><geom margin="{margin}"/></default>
   <worldbody>
-    <body>{joint}<geom name="one" size="0.005"/></body>
-    <body pos="{place} 0 0">{joint}<geom name="other" {geom}/></body>
+    <body name="one">{joint}<geom name="one" size="0.005"/></body>
+    <body name="other" pos="{place} 0 0">{joint}<geom name="other" {geom}/></body>
   </worldbody>
+  {more}
 </mujoco>"""
+HINGE, SLIDE = '<joint axis="1 0 0"/>', '<joint type="slide" axis="1 0 0"/>'
+EXCLUDED = '<contact><exclude body1="one" body2="other"/></contact>'
+INSIDE_SHELL = 'size="0.005" contype="0" conaffinity="0"/><geom size="{}e-2"'
 
 
 @pytest.mark.parametrize(
@@ -367,11 +374,17 @@ SPHERES = """
     [
         ({}, 1),
         ({"place": 0.5}, 1),  # free, they can come
-        ({"joint": '<joint axis="1 0 0"/>'}, 1),
-        ({"joint": '<joint axis="1 0 0"/>', "place": 0.5}, 0),
+        ({"joint": HINGE}, 1),
+        ({"joint": HINGE, "place": 0.5}, 0),
+        ({"joint": SLIDE, "place": 0.5}, 1),
+        ({"joint": SLIDE.replace("/>", ' range="-0.24 0.24"/>'), "place": 0.5}, 0),
         ({"margin": 1.25e-3}, 0),
         ({"margin": 1.2e-3}, 1),
-        ({"geom": 'size="0.005" contype="0" conaffinity="0"'}, 0),
+        ({"geom": 'size="0.005" contype="0" conaffinity="0"'}, 1),
+        ({"geom": 'size="0.005" contype="0" conaffinity="0"', "more": EXCLUDED}, 0),
+        ({"more": EXCLUDED}, 0),
+        ({"geom": INSIDE_SHELL.format(0.76), "place": 0.02}, 0),
+        ({"geom": INSIDE_SHELL.format(0.74), "place": 0.02}, 1),
         ({"geom": 'type="capsule" size="0.005 0.01"'}, 1),
         ({"chi": 0.5}, 0),
     ],
@@ -379,13 +392,43 @@ SPHERES = """
 def test_iron_that_can_touch_other_iron(parts, found):
     """The factors are those of docs/fields_coils_iron.md, which test_iron_at_short_range judges."""
     text = {"chi": 1000, "margin": 0, "joint": "<freejoint/>", "place": 0.01} | parts
-    text = {"geom": 'size="0.005"'} | text
+    text = {"geom": 'size="0.005"', "more": ""} | text
     findings = mm.check(mujoco.MjModel.from_xml_string(SPHERES.format(**text))).findings
-    sentence = (
-        "geom 'one' and geom 'other' are pieces of iron that can touch, where one dipole each"
-    )
+    can = "come near each other" if text["geom"].endswith('affinity="0"') else "touch"
+    sentence = f"geom 'one' and geom 'other' are pieces of iron that can {can}, where one dipole"
     assert [each.startswith(sentence) for each in findings] == [True] * found
     assert [" 2.8 times " in each for each in findings] == ["capsule" not in text["geom"]] * found
+
+
+CHAIN = """
+<mujoco>
+  <custom>
+    <text name="magmotor" data="iron fields"/><numeric name="steel" data="1000"/>
+    <numeric name="field" data="0 0 0.02"/>
+    <tuple name="iron"><element objtype="numeric" objname="steel"/>
+      <element objtype="geom" objname="one"/><element objtype="geom" objname="other"/></tuple>
+  </custom>
+  <default><joint axis="0 1 0"/><geom size="0.005" {collides}/></default>
+  <worldbody>
+    <body><joint/><geom name="one" pos="0.04 0 0"/>
+      <body pos="0.1 0 0"><joint/><geom pos="0.05 0 0"/>
+        <body pos="0.1 0 0"><joint/><geom name="other" pos="{place} 0 0"/></body></body></body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("place", "collides", "found"),
+    [
+        (0.05, "", "touch"),
+        (0.05, 'contype="0" conaffinity="0"', "come near each other"),
+        (0.01, "", None),  # 0.1 m from the middle joint, the other one 0.06 m
+    ],
+)
+def test_iron_in_chains_that_fold(place, collides, found):
+    model = mujoco.MjModel.from_xml_string(CHAIN.format(place=place, collides=collides))
+    said = f"geom 'one' and geom 'other' are pieces of iron that can {found}, where"
+    assert [each.startswith(said) for each in mm.check(model).findings] == [True] * bool(found)
 
 
 UNITS = """

@@ -8,6 +8,8 @@ import pytest
 from iron_models import free, iron
 from scipy.special import comb
 
+import magmotor as mm
+
 MU0, ORDERS = 4e-7 * math.pi, 150
 PAGE = Path(__file__).parents[2] / "docs" / "fields_coils_iron.md"
 
@@ -86,3 +88,21 @@ def test_the_first_terms_of_the_series_are_the_model():
     for name in rows()[1]:
         assert ratio(name, 30.0, 4.0) == pytest.approx(1, rel=0.01)  # 0.0036, falls as 1/d^2
         assert ratio(name, 300.0, 4.0) == pytest.approx(1, rel=1e-4)  # 3.6e-5
+
+
+@pytest.mark.parametrize(
+    ("distance", "chi", "ratio", "found"),
+    [(2.002, 1000, 1.335, True), (2.04, 1000, 1.150, True), (2.06, 1000, 1.120, False),
+     (2.002, 0.9, 1.005, False)],
+)  # fmt: skip
+def test_spheres_of_one_body_that_touch_are_magnetized_too_weakly(distance, chi, ratio, found):
+    """The true moment of each in a field along their line, over the model's."""
+    second = f'<geom name="other" size="0.01" pos="0 0 {0.01 * distance}"/>'
+    body = f'<body><freejoint/><geom name="piece" size="0.01"/>{second}</body>'
+    model, data = iron(body, "0 0 0.02", f"{chi}", "piece other")
+    truth = -4 * math.pi * 0.01**3 * moment_of_two(distance, chi, False) * 0.02**2 / MU0
+    assert truth / mm.magnetic_energy(model, data) == pytest.approx(ratio, rel=0.001)
+    said = "geom 'piece' and 1 other piece of iron of its body touch, and magnetize each other too"
+    assert [each.startswith(f"{said} weakly") for each in mm.check(model).findings] == [
+        True
+    ] * found

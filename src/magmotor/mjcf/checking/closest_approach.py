@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
+from magmotor.mjcf.checking.close_iron import close_iron, strong_iron
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
@@ -60,6 +61,8 @@ class Meeting(NamedTuple):
     """The coarsest spacing of dipoles where they touch."""
     wide: int
     """A geom of iron that reaches farther than dipoles come to its center, or -1."""
+    close_iron: tuple[int, int] | None
+    """Two geoms of iron that come too near each other for one dipole each."""
     soft_limit: int
     """A joint whose limit is too soft to keep them apart, or -1."""
     exact: bool
@@ -78,7 +81,7 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     geoms, pairs = rows_of_magnets(model, magnets, rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
-    groups, built = np.full_like(touching, -1), {}
+    groups, built, strong = np.full_like(touching, -1), {}, strong_iron(model, magnets)
     for k, members in enumerate(groups_of_pairs(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
         one, other = (magnets[i] for i in members[0])
@@ -88,7 +91,7 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         if other.images:
             more = standing_rows(model, data, one, other, rows)
             own, like = np.vstack([own, more]), np.vstack([like, more])
-        if found := _meeting(model, data, (one, other), own, built):
+        if found := _meeting(model, data, (one, other), own, strong, built):
             yield found._replace(number=len(members), like=like)
 
 
@@ -97,6 +100,7 @@ def _meeting(
     data: mujoco.MjData,
     magnets: tuple[Magnet, Magnet],
     touching: NDArray,
+    strong: NDArray[np.bool_],
     built: dict[tuple, Side],
 ) -> Meeting | None:
     """Return how two magnets meet; None if nothing of them can. `built` keeps their sides."""
@@ -155,14 +159,16 @@ def _meeting(
         linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
     elements = [each.elements[pieces] for each, pieces in zip(magnets, wide, strict=True)]
     pieces = [*np.concatenate(elements) - model.nsite, -1]
-    if not (approach or linked or near.any() or pieces[0] >= 0):
+    held_iron = np.where(factor > 0, apart if len(touching) else -np.inf, np.inf)
+    iron = None if other.images else close_iron(model, magnets, strong, of_dipoles, held_iron)
+    if not (approach or linked or near.any() or pieces[0] >= 0 or iron):
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     exact = _is_exact(model, data, magnets, geoms)
     repels = bool(approach and not other.images and repel_on_rail(model, data, magnets, apart))
     return Meeting(
         magnets, (int(i), int(j)), 1, touching, touching, approach, linked, bool(near.any()),
-        spacing, int(pieces[0]), soft, exact, repels,
+        spacing, int(pieces[0]), iron, soft, exact, repels,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from magmotor.mjcf.checking.closest_approach import meetings
 from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.frequencies import frequencies
-from magmotor.mjcf.checking.iron_findings import iron_that_touches, long_pieces, rows_of_iron
+from magmotor.mjcf.checking.iron_findings import long_pieces, rows_of_iron
 from magmotor.mjcf.checking.motion_findings import (
     far_magnets,
     fast_joints,
@@ -37,7 +37,6 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     yield from misplaced
     yield from _overlaps(model, state)
     yield from rows_of_iron(model, state)
-    yield from iron_that_touches(model, state, description)
     yield from long_pieces(model, state) if not misplaced else ()
     for pair in pairs:
         yield from failures_of_pair(model, pair)

@@ -47,6 +47,26 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
             " too strong or too weak; for a wide surface that is fixed to the world, take a"
             " plane of iron",
         )
+    if pair.close_iron:
+        yield _close_iron(model, pair, pair.close_iron)
+
+
+def _close_iron(model: mujoco.MjModel, pair: Meeting, geoms: tuple[int, int]) -> Failure:
+    spheres = (model.geom_type[[*geoms]] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
+    can, remedy = "touch", "a margin keeps them apart"
+    if not len(pair.touching):
+        can, remedy = "come near each other", "let them collide, with a margin"
+    of_spheres = (
+        ": at 2.1 radii, the true force of two equal spheres is 2.8 times that of the model"
+        " along the field, and 0.75 times across it; with a margin of a quarter of the radius"
+        " for each, 1.25 and 0.89 times"
+    )
+    return Failure(
+        " and ".join(label(model, "geom", geom) for geom in geoms),
+        f"are pieces of iron that can {can}, where one dipole each does not describe them;"
+        f" {remedy}{of_spheres * bool(spheres)}",
+        pair.number,
+    )
 
 
 def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
