@@ -161,7 +161,9 @@ def wrenches(model, data):
         mujoco.mj_forward(model, data)
     compiled = data.xfrc_applied.copy()
     apply_magnetism(model, data)
-    return compiled, data.xfrc_applied.copy()
+    twin = data.xfrc_applied.copy()
+    data.xfrc_applied[:] = 0  # the next block would warn of the twin's wrenches
+    return compiled, twin
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -385,6 +387,13 @@ def set_later(model, data):
     mujoco.mj_step(model, data, nstep=3)
 
 
+def set_after_forward(model, data):
+    for _ in range(2):
+        mujoco.mj_step(model, data, nstep=2)
+        mujoco.mj_forward(model, data)
+        data.body("box").xfrc_applied[0] += 1
+
+
 def set_by_the_viewer(model, data):
     perturb = mujoco.MjvPerturb()
     perturb.select, perturb.active, perturb.refquat[0], perturb.localmass = 2, 1, 1, 1
@@ -408,7 +417,9 @@ INTEGRATORS = ("Euler", "implicitfast", "RK4")
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-@pytest.mark.parametrize("act", [set_before, set_later, set_by_the_viewer, set_by_a_rollout])
+@pytest.mark.parametrize(
+    "act", [set_before, set_later, set_after_forward, set_by_the_viewer, set_by_a_rollout]
+)
 def test_a_force_in_xfrc_applied_that_is_overwritten_is_named_once(act, integrator):
     model = mujoco.MjModel.from_xml_string(BOXES.format(integrator=integrator))
     data = mujoco.MjData(model)
@@ -453,6 +464,20 @@ def restore_states(model, data):
             mujoco.mj_step(model, each)
 
 
+def restore_after_forward(model, data):
+    spec = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    state = np.empty(mujoco.mj_stateSize(model, spec))
+    for _ in range(3):
+        mujoco.mj_step(model, data, nstep=2)
+        mujoco.mj_getState(model, data, state, spec)
+        for shift in (0.1, 0.2):
+            data.qpos[7] -= shift
+            mujoco.mj_forward(model, data)
+            mujoco.mj_setState(model, data, state, spec)
+        data.qpos[7] -= 0.1
+        mujoco.mj_step(model, data)
+
+
 def share_data(model, _data):
     batch = mujoco.batch.Batch(model, 5, 2)
     batch.qpos[:, 7] += np.arange(5) / 10
@@ -487,6 +512,7 @@ def evaluate_and_reset(model, data):
         push_others_and_clear,
         copy_data,
         restore_states,
+        restore_after_forward,
         share_data,
         pull_by_our_own_function,
         evaluate_and_reset,

@@ -1,7 +1,8 @@
 """Which wrenches that a user has set in `xfrc_applied` the callback overwrites.
 
 In `notes` of mjData, it keeps the time, and for each body a checksum of its wrench: one that has
-changed since, and is overwritten, was set by the user.
+changed since, and is overwritten, was set by the user. Two sums of them tell states that come back:
+of the wrenches as they are left, and as they were when the time was another one.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -13,6 +14,10 @@ from magmotor.mjcf import layout, memory
 from magmotor.mjcf.reports import warn_of_overwritten
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
+
+TIME, START, BEFORE, NOW, FIRST = 0, 1, 2, 3, 3
+"""Numbers of notes: the time, a checksum of the accelerations with which the solver started, two
+sums of checksums of wrenches, and the number before that of body 1."""
 
 WEIGHTS = tuple(int(memory.MULTIPLIER) * k % 2**62 | 1 for k in range(1, 7))
 """Odd numbers by which the words of a wrench enter its checksum."""
@@ -32,8 +37,8 @@ def _note(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         notes = _notes(m, d, offsets)
-        for body in range(1, len(notes)):
-            notes[body] = _checksum(d[offsets.xfrc_applied // 8], body)
+        for body in range(1, len(notes) - FIRST):
+            notes[FIRST + body] = _checksum(d[offsets.xfrc_applied // 8], body)
 
     return note
 
@@ -42,31 +47,44 @@ def _note(checksum: int, offsets: layout.Layout):
 def note_others(m, d, offsets):
     """Note the checksum of each wrench that differs from what was noted, else 0."""
     notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
-    for body in range(1, len(notes)):
+    total = 0
+    for body in range(1, len(notes) - FIRST):
         found = _checksum(wrenches, body)
-        notes[body] = found if found != notes[body] else 0
+        total += found
+        notes[FIRST + body] = found if found != notes[FIRST + body] else 0
+    if total == notes[BEFORE]:  # a state that comes back brings the wrenches that were left in it
+        for body in range(1, len(notes) - FIRST):
+            notes[FIRST + body] = 0
 
 
 @subroutine
-def note_ours(m, d, offsets):
+def note_ours(m, d, offsets, later_stage):
     """Note the checksum of each wrench, and report a body whose noted wrench was overwritten."""
     notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
     time = memory.words(d.ctypes.data + offsets.time, 1)[0]
-    lost = 0
-    for body in range(1, len(notes)):
+    lost, total = 0, 0
+    for body in range(1, len(notes) - FIRST):
         left = _checksum(wrenches, body)
-        if notes[body] != 0 and notes[body] != left:
+        total += left
+        if notes[FIRST + body] != 0 and notes[FIRST + body] != left:
             lost = body
-        notes[body] = left
-    if lost > 0 and time >= notes[0] and _continues(m, d, offsets):
+        notes[FIRST + body] = left
+    start = _start(m, d, offsets)
+    stays = time == notes[TIME] and start == notes[START]  # as after mj_forward
+    if lost > 0 and (stays or time >= notes[TIME] and _continues(m, d, offsets)):
         warn_of_overwritten(lost, m.ctypes.data)
-    notes[0] = time
+    if time != notes[TIME]:
+        notes[BEFORE] = notes[NOW]
+    if later_stage:  # the state at the end of the step keeps these wrenches
+        notes[BEFORE] = total
+    notes[NOW], notes[TIME], notes[START] = total, time, start
 
 
 @subroutine
 def _notes(m, d, offsets):
-    """Return the words of mjData for notes: the time, and a checksum for each body from 1 on."""
-    return memory.words(d.ctypes.data + offsets.notes, min(m[offsets.nbody // 8], layout.NOTES))
+    """Return the words of mjData for notes; those of bodies follow the four of all."""
+    count = min(FIRST + m[offsets.nbody // 8], layout.NOTES)
+    return memory.words(d.ctypes.data + offsets.notes, count)
 
 
 @subroutine(forceinline=True)
@@ -76,6 +94,16 @@ def _checksum(wrenches, body):
     total = 0
     for k in range(6):
         total += words[k] * WEIGHTS[k]
+    return total
+
+
+@subroutine
+def _start(m, d, offsets):
+    """Return a checksum of the accelerations from which MuJoCo's solver starts; 0 if all are 0."""
+    kept = memory.words(d[offsets.qacc_warmstart // 8], m[offsets.nv // 8])
+    total = 0
+    for k in range(len(kept)):
+        total += kept[k] * (2 * k + 1)
     return total
 
 

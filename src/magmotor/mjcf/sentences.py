@@ -81,8 +81,10 @@ _OF_NOTICES = {
     ),
     OVERWRITTEN: (
         "the force that was set in xfrc_applied of body {} has no effect, since magnetism() sets"
-        " this row in each step; set qfrc_applied (mm.apply_perturbation does, for the viewer's"
-        " mouse), or let the plugin magmotor.forces act, which leaves xfrc_applied to you"
+        " this row at the start of each step (between mj_step1 and mj_step2, it acts, but in place"
+        " of the magnetic force unless it was added to it); set qfrc_applied (mm.apply_perturbation"
+        " does, for the viewer's mouse), or let the plugin magmotor.forces act, which leaves"
+        " xfrc_applied to you"
     ),
     NOT_A_MARK: (
         "text {} does not say what acts, " + ONLY_NAME + " (MjSpec.attach adds prefixes to names)"
