@@ -433,14 +433,18 @@ def test_iron_in_chains_that_fold(place, collides, found):
 
 UNITS = """
 <mujoco>
-  <custom><text name="magmotor" data="dipoles fields"/>{custom}</custom>
+  <custom><text name="magmotor" data="dipoles fields iron"/>{custom}</custom>
   <worldbody>
-    <site pos="0 0 {height}" user="{moment}"/>
+    <site pos="0 0 {height}" user="{moment}"/><geom name="iron" {iron}/>
     <body name="needle"><joint type="ball"/>
       <geom type="capsule" size="{size} {size}" density="7500"/>
       <site zaxis="1 0 0" user="{moment}"/></body>
   </worldbody>
 </mujoco>"""
+EARTH = '<numeric name="field" data="2e-5 0 0"/>'
+OWN_UNITS = '<numeric name="magnetic_constant" data="1.2566e-3"/>'
+STEEL = """<numeric name="steel" data="1000"/><tuple name="iron">
+<element objtype="numeric" objname="steel"/><element objtype="geom" objname="iron"/></tuple>"""
 
 
 @pytest.mark.parametrize(
@@ -451,13 +455,37 @@ UNITS = """
         ({"height": 100}, 1),  # positions in mm, sizes in m
         ({"height": 100, "size": 5}, 1),  # all in mm
         ({"height": 6.4e6, "moment": 8e22, "size": 0.02}, 0),
-        ({"height": 100, "custom": '<numeric name="field" data="2e-5 0 0"/>'}, 0),
-        ({"height": 100, "custom": '<numeric name="magnetic_constant" data="1.2566e-3"/>'}, 0),
+        ({"height": 8, "moment": 0.05}, 0),  # 800 radii
+        ({"height": 12, "moment": 0.05}, 1),
+        ({"height": 12, "moment": 5}, 0),  # 0.2 rad/s
+        ({"height": 100, "custom": STEEL}, 0),
+        ({"height": 100, "custom": STEEL, "iron": 'size="0.005" pos="0 0 50"'}, 1),
+        ({"height": 100, "custom": STEEL, "iron": 'size="0 0 1" type="plane"'}, 0),
+        ({"height": 100, "custom": EARTH}, 0),
+        ({"height": 100, "size": 5, "custom": EARTH}, 1),
+        ({"height": 100, "size": 0.05, "custom": EARTH}, 0),
+        ({"height": 100, "custom": OWN_UNITS}, 0),
     ],
 )
 def test_magnets_that_are_absurdly_far_from_each_other(parts, found):
     text = {"height": 0.1, "moment": 0.5, "size": 0.005, "custom": ""} | parts
+    text = {"iron": 'size="0.005" pos="0 0 1"'} | text
     findings = mm.check(mujoco.MjModel.from_xml_string(UNITS.format(**text))).findings
     said = [each for each in findings if "hardly feels the other magnets" in each]
     assert len(said) == found
     assert all(each.endswith("are all lengths in meters?") for each in said)
+
+
+@pytest.mark.parametrize(
+    ("height", "custom", "noted"),
+    [(90, EARTH, False), (110, EARTH, True), (110, "", False), (110, EARTH + OWN_UNITS, False)],
+)
+def test_magnets_that_only_feel_a_field_are_a_note(height, custom, noted):
+    """The needle's radius is 0.01 m."""
+    model = mujoco.MjModel.from_xml_string(
+        UNITS.format(height=height, custom=custom, moment=0.5, size=0.005, iron='size="0.1"')
+    )
+    notes = [note for note in mm.check(model).notes if note.startswith("magnets do not feel")]
+    said = "such as body 'needle' with a radius of 0.01 m, 110 m away from the nearest one"
+    doubt = f"magnets do not feel each other, {said}: are all lengths in meters?"
+    assert notes == [doubt] * noted

@@ -701,6 +701,23 @@ LINES = {
         ("not acting: numeric 'a_field', since only names that start with field count"
         " (MjSpec.attach adds a prefix)"),
     ),
+    "another case": (
+        [f"</worldbody><custom><tuple name='Iron'>{WORLD}</tuple></custom><worldbody>"],
+        "not acting: tuple 'Iron', since only names that start with iron count",
+    ),
+    "a plural": (
+        [declared("<numeric name='Magnetic_Constants' data='1'/>")],
+        "not acting: numeric 'Magnetic_Constants', since only the name magnetic_constant counts",
+    ),
+    "an abbreviation": (
+        [declared("<numeric name='magnetic_tol' data='1'/>")],
+        "not acting: numeric 'magnetic_tol', since only the name magnetic_tolerance counts",
+    ),
+    "a prefix of a constant": (
+        [declared("<numeric name='arm_magnetic_constant' data='1'/>")],
+        ("not acting: numeric 'arm_magnetic_constant', since only the name magnetic_constant counts"
+        " (MjSpec.attach adds a prefix)"),
+    ),
     "a tuple on a field": (
         [declared(f"<numeric name='field_a' data='0 0 1'/><tuple name='carrier'>{ON_A}</tuple>")],
         (

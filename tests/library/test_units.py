@@ -354,6 +354,26 @@ def test_densities_of_no_matter_are_doubted(density, words):
     assert mm.describe(mujoco.MjModel.from_xml_string(mixed)).units == ()
 
 
+IN_MILLIMETERS = """
+<mujoco>
+  <worldbody>
+    <body name="magnet"><freejoint/><geom size="5" density="7500"/><site user="0.5"/></body>
+    <body name="robot" pos="99 0 0"><freejoint/><geom size="0.1" mass="{mass}"/>
+      <site user="{moment}"/></body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("mass", "moment", "doubted"), [(30, 1e-5, True), (30, 1e-4, False), (1e7, 0.5, True)]
+)
+def test_moments_that_are_far_too_weak_are_doubted(mass, moment, doubted):
+    """Sizes in mm make masses 1e9 times too large; all magnets must be as weak as that."""
+    model = mujoco.MjModel.from_xml_string(IN_MILLIMETERS.format(mass=mass, moment=moment))
+    said = "the moment of .* kg of neodymium magnets, and a mass of .* and lengths in m[?]"
+    assert [bool(re.search(said, each)) for each in mm.describe(model).units] == [True] * doubted
+
+
 SHIPPED = sorted([*ROOT.glob("models/*.xml"), *ROOT.glob("examples/*.xml")])
 
 

@@ -1,5 +1,6 @@
 """What a model declares that does not act, and why."""
 
+import difflib
 from collections.abc import Iterable, Iterator, Sequence
 
 import mujoco
@@ -22,8 +23,13 @@ from magmotor.mjcf.sentences import MARK_NAME, ONLY_NAME, resembles_mark
 PREFIXES = ("coupling", "field", "coil", "iron")
 """How the names of tuples start that declare something."""
 
-NUMERICS = ("field", "magnetic_tolerance", "magnetic_constant")
-"""The same of numerics."""
+NUMERICS = ("magnetic_tolerance", "magnetic_constant")
+"""Names of numerics that declare something, besides fields."""
+
+ALIKE = 0.8
+"""Similarity of names, at most 1, from which one is probably meant as the other."""
+
+ATTACHED = " (MjSpec.attach adds a prefix)"
 
 SKIPPED = "since MuJoCo skips it while the flag actuation is disabled"
 """Why `magnetism` does nothing with some models."""
@@ -117,16 +123,21 @@ def _unnumbered(model: mujoco.MjModel) -> list[str]:
 
 
 def renamed(model: mujoco.MjModel) -> Iterator[str]:
-    """Yield what a prefix or suffix hides, as in models that were attached to another."""
-    for kind, prefixes in (("tuple", PREFIXES), ("numeric", NUMERICS)):
+    """Yield what a prefix, a suffix or a slip hides, as in models that were attached to another."""
+    for kind, prefixes in (("tuple", PREFIXES), ("numeric", ("field",))):
         for k in range(getattr(model, f"n{kind}")):
             name = name_of(model, kind, k)
             for prefix in () if name.startswith(prefixes) else prefixes:
-                if f"/{prefix}" in name or f"_{prefix}" in name:
+                attached = f"/{prefix}" in name or f"_{prefix}" in name
+                if attached or name.casefold().startswith(prefix):
                     only = f"names that start with {prefix} count"
-                    if prefix.startswith("magnetic_"):
-                        only = f"the name {prefix} counts"
-                    yield f"{kind} {name!r}, since only {only} (MjSpec.attach adds a prefix)"
+                    yield f"{kind} {name!r}, since only {only}{ATTACHED * attached}"
+    for k in range(model.nnumeric):
+        name = name_of(model, "numeric", k)
+        attached = [known for known in NUMERICS if name.endswith((f"/{known}", f"_{known}"))]
+        alike = difflib.get_close_matches(name.casefold(), NUMERICS, 1, ALIKE)
+        for known in (attached or alike) if name not in NUMERICS else ():
+            yield f"numeric {name!r}, since only the name {known} counts{ATTACHED * bool(attached)}"
     for k in range(model.ntext):
         name = name_of(model, "text", k)
         if resembles_mark(name) and name != MARK_NAME:

@@ -71,7 +71,7 @@ def note_ours(m, d, offsets, later_stage):
         notes[FIRST + body] = left
     start = _start(m, d, offsets)
     stays = time == notes[TIME] and start == notes[START]  # as after mj_forward
-    if lost > 0 and (stays or time >= notes[TIME] and _continues(m, d, offsets)):
+    if lost > 0 and (stays or (time >= notes[TIME] and _continues(m, d, offsets))):
         warn_of_overwritten(lost, m.ctypes.data)
     if time != notes[TIME]:
         notes[BEFORE] = notes[NOW]

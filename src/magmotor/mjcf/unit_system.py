@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.declared import coil_sites
@@ -18,6 +19,9 @@ OF_NEODYMIUM = 140.0
 
 STRONGEST = 20.0
 """Moment of a magnet over that of neodymium with its mass from which one of them is not in SI."""
+
+WEAKEST = 1e-8
+"""The same from which all are not in SI; sizes in mm make masses a billion times too large."""
 
 OTHERS = f"(other units need a numeric {NAME})"
 
@@ -67,25 +71,33 @@ def doubts(model: mujoco.MjModel, moments: Array, magnetic: set[int]) -> Iterato
     carried = np.bincount(weld[model.site_bodyid], own, model.nbody) / OF_NEODYMIUM
     strong = moving[carried[moving] > STRONGEST * mass[moving]]
     if len(strong):
-        body = int(strong[np.argmax(carried[strong] / mass[strong])])
-        yield (
-            f"{label(model, 'body', body)} has the moment of {carried[body]:.2g} kg of"
-            f" neodymium magnets, and a mass of {mass[body]:.2g} kg: are these numbers in A m^2"
-            f" and kg? {OTHERS}"
-        )
+        yield _weighed(model, strong, carried, mass)
     volume = _volumes(model)[moving]
-    if not ({*weld[[*magnetic]].tolist()} & {*moving.tolist()} and np.isfinite(volume).all()):
-        return
-    density = mass[moving] / volume
-    for wrong, k, what in (
-        ((density < AIR).all(), density.argmax(), "lighter than air"),
-        ((density > OSMIUM).all(), density.argmin(), "many times heavier than osmium"),
-    ):
-        if wrong:
-            yield (
-                f"all bodies are {what}, such as {label(model, 'body', moving[k])} with"
-                f" {density[k]:.2g} kg/m^3: are lengths in m, and masses in kg? {OTHERS}"
-            )
+    if {*weld[[*magnetic]].tolist()} & {*moving.tolist()} and np.isfinite(volume).all():
+        density = mass[moving] / volume
+        for wrong, k, what in (
+            ((density < AIR).all(), density.argmax(), "lighter than air"),
+            ((density > OSMIUM).all(), density.argmin(), "many times heavier than osmium"),
+        ):
+            if wrong:
+                yield (
+                    f"all bodies are {what}, such as {label(model, 'body', moving[k])} with"
+                    f" {density[k]:.2g} kg/m^3: are lengths in m, and masses in kg? {OTHERS}"
+                )
+                return
+    magnets = moving[carried[moving] > 0]
+    if len(magnets) and (carried[magnets] < WEAKEST * mass[magnets]).all():
+        yield _weighed(model, magnets, carried, mass)
+
+
+def _weighed(model: mujoco.MjModel, bodies: NDArray, carried: Array, mass: Array) -> str:
+    """Say which body has the largest moment for its mass."""
+    body = int(bodies[np.argmax(carried[bodies] / mass[bodies])])
+    return (
+        f"{label(model, 'body', body)} has the moment of {carried[body]:.2g} kg of neodymium"
+        f" magnets, and a mass of {mass[body]:.2g} kg: are these numbers in A m^2 and kg, and"
+        f" lengths in m? {OTHERS}"
+    )
 
 
 def _volumes(model: mujoco.MjModel) -> Array:

@@ -13,6 +13,7 @@ from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.findings import Failure, failures
+from magmotor.mjcf.checking.motion_findings import scattered
 from magmotor.mjcf.describe import Description, described, elsewhere
 from magmotor.mjcf.idle import renamed
 from magmotor.mjcf.langevin.temperature import joined
@@ -54,8 +55,8 @@ class Check:
     units : tuple of str
         What the units in these sentences stand for, if the model's are not those of SI.
     notes : tuple of str
-        Where the forces do not act, which is no failure inside `magnetism()`; and spins that are
-        not judged, since the model does not tell them.
+        Where the forces do not act, which is no failure inside `magnetism()`; distances that are
+        probably in other units; and spins that are not judged, since the model does not tell them.
     """
 
     findings: tuple[str, ...]
@@ -156,6 +157,7 @@ def examined(
         found = [*failures(model, state)]
         description = described(model)
         unknown = [*unknown_spins(model, state)] if description.acting else []
+        doubts = [*scattered(model, state)] if {*description.acting} - {"dipoles"} else []
     numbers = {name: row for failure in found for name, row in failure.owners}
     constants = dict.fromkeys(numbers, math.inf)
     for failure in found:
@@ -193,6 +195,7 @@ def examined(
         units=own_units(model),
         notes=(
             *(f"not acting: {each}" for each in _idle(model, description)),
+            *doubts,
             *(f"spins {each} are not judged: put them in a keyframe" for each in unknown),
         ),
     )

@@ -14,7 +14,8 @@ from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.frequencies import frequency_at_touch, unstable_joints
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
 from magmotor.mjcf.checking.pair_findings import at_drive_1, names_of, unless_limited
-from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.checking.strengths import Magnet, magnets_of
+from magmotor.mjcf.declared import can_move
 from magmotor.mjcf.describe import Description
 from magmotor.mjcf.lookup import label
 from magmotor.mjcf.unit_system import declares_units
@@ -23,10 +24,10 @@ from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 UNSTABLE, RESOLVED = 2.0, 0.5
 """Product of frequency and timestep at which Euler's method fails, and that of a proposed step."""
 
-FAR, FAINT, SLOW = 1000.0, 1e-7, 2e-5
+FAR, SCATTERED, FAINT, SLOW = 1e3, 1e4, 1e-7, 2e-5
 """Distance of the nearest magnet over the size of one, from which positions are in other units than
-sizes; polarization in T, from which sizes are in other units than moments; and the product of
-frequency and timestep below which this is said."""
+sizes, and the same where other forces act; polarization in T, from which sizes are in other units
+than moments; and the product of frequency and timestep below which this is said."""
 
 OF_DIPOLES = "move its dipoles apart", "since a moment, a field, a coil or a factor is too large"
 OF_POTENTIALS = "reduce the user numbers of the joint", "since its user numbers are too large"
@@ -40,32 +41,62 @@ def far_magnets(
     model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, found: Description
 ) -> Iterator[Failure]:
     """Yield at most one failure: that lengths seem to be in other units than meters."""
-    if (
-        declares_units(model)
-        or "dipoles" not in found.acting
-        or {*found.acting} & {"fields", "iron", "coils"}
-    ):
-        return
-    magnets = [magnet for magnet in magnets_of(model, state) if magnet.strengths.any()]
     slow = SLOW / float(model.opt.timestep)
-    moving = [magnet for magnet in magnets if 0 < now.get(magnet.body, 0) < slow]
-    if len(moving) < len(now) or not moving:
+    if declares_units(model) or not now or not all(0 < each < slow for each in now.values()):
         return
-    magnet = max(moving, key=lambda each: now[each.body])
-    geoms = model.body_weldid[model.geom_bodyid] == magnet.body
-    size = float(model.geom_rbound[geoms].max(initial=0))
-    others = np.concatenate([each.positions for each in magnets if each.body != magnet.body])
-    nearest = cdist(magnet.positions, others).min()
+    magnet = next(
+        each for each in _magnets(model, state) if now.get(each.body) == max(now.values())
+    )
+    size, nearest = _size_and_distance(model, state, magnet)
     polarization = VACUUM_PERMEABILITY * magnet.strengths.sum() / max(4 * size**3, 1e-300)
-    if size and (nearest > FAR * size or polarization < FAINT):
+    far, other = FAR * size < nearest < math.inf, ""
+    if nearest < math.inf:
+        other = f"the nearest magnet is {nearest:.3g} m away, and "
+    if size and (far or polarization < FAINT):
+        felt = ["the other magnets"] * bool(other) + ["the applied fields"]
         yield Failure(
             label(model, "body", magnet.body),
-            "hardly feels the other magnets: in their field, it swings or turns at no more than"
-            f" {now[magnet.body]:.2g} rad/s, since the nearest one is {nearest:.3g} m away and it"
-            f" has {magnet.strengths.max():.3g} A m^2 and a radius of {size:.3g} m; are all lengths"
-            " in meters?",
-            len(moving),
+            f"hardly feels {' and '.join(felt[: 1 + ('fields' in found.acting)])}: there, it swings"
+            f" or turns at no more than {now[magnet.body]:.2g} rad/s, since {other}it has"
+            f" {magnet.strengths.max():.3g} A m^2 and a radius of {size:.3g} m; are all lengths in"
+            " meters?",
+            len(now),
         )
+
+
+def scattered(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[str]:
+    """Yield at most one doubt: that all magnets are much too far apart to feel each other."""
+    magnets = [] if declares_units(model) else _magnets(model, state)
+    known = [(*_size_and_distance(model, state, magnet), magnet) for magnet in magnets]
+    if known and all(0 < SCATTERED * size < nearest < math.inf for size, nearest, _ in known):
+        size, nearest, magnet = min(known, key=lambda each: each[1] / each[0])
+        yield (
+            f"magnets do not feel each other, such as {label(model, 'body', magnet.body)} with a"
+            f" radius of {size:.3g} m, {nearest:.3g} m away from the nearest one: are all lengths"
+            " in meters?"
+        )
+
+
+def _magnets(model: mujoco.MjModel, state: mujoco.MjData) -> list[Magnet]:
+    """Return the magnets with dipoles that can move."""
+    magnets = magnets_of(model, state)
+    return [each for each in magnets if each.strengths.any() and can_move(model, each.body)]
+
+
+def _size_and_distance(
+    model: mujoco.MjModel, state: mujoco.MjData, magnet: Magnet
+) -> tuple[float, float]:
+    """Return the radius of a magnet, and its distance from the nearest other one or from iron.
+
+    The distance is infinite without any, and 0 with a plane of iron.
+    """
+    geoms = model.body_weldid[model.geom_bodyid] == magnet.body
+    others = [each for each in magnets_of(model, state) if each.body != magnet.body]
+    nearest = min(
+        (cdist(magnet.positions, each.positions).min() for each in others), default=np.inf
+    )
+    planes = any(each.images for each in others)
+    return float(model.geom_rbound[geoms].max(initial=0)), 0.0 if planes else float(nearest)
 
 
 def fast_magnets(
