@@ -65,10 +65,11 @@ def doubts(model: mujoco.MjModel, moments: Array, magnetic: set[int]) -> Iterato
     `moments` are those of all sites, and `magnetic` are the bodies that have dipoles or iron.
     """
     weld = model.body_weldid
-    mass = np.bincount(weld, model.body_mass, model.nbody)
+    mass = np.bincount(weld, model.body_mass, model.nbody).astype(float)
     moving = np.flatnonzero((model.body_dofnum > 0) & (mass > 0))
     own = np.where(coil_sites(model), 0.0, np.abs(moments))
-    carried = np.bincount(weld[model.site_bodyid], own, model.nbody) / OF_NEODYMIUM
+    carried = np.bincount(weld[model.site_bodyid], own, model.nbody).astype(float)
+    carried /= OF_NEODYMIUM
     strong = moving[carried[moving] > STRONGEST * mass[moving]]
     if len(strong):
         yield _weighed(model, strong, carried, mass)
