@@ -699,3 +699,42 @@ def test_a_fix_makes_no_contact_softer_and_converges():
     assert (model.geom_solref[:, 0] <= before).all()
     assert model.geom_solref[1, 0] < 0.03
     assert mm.check(model).settings == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_one_fix_is_enough(seed):
+    """The first seed has a model of which one proposal needs another one."""
+    rng = np.random.default_rng(seed)
+    for _ in range(12):
+        step, bodies = 10 ** rng.uniform(-4, -1.7), ""
+        for number in range(2):
+            radius, stiffness = 10 ** rng.uniform(-3, -1.5), 10 ** rng.uniform(2, 7)
+            solref = ["0.02 1", f"{10 ** rng.uniform(-4.5, -1.5)} 0.5", f"{-stiffness} -30"]
+            bodies += (
+                f'<body pos="{number} 0 0"><freejoint/><geom size="{radius}" density="7500"'
+                f' solref="{rng.choice(solref)}"/><site user="{3e6 * radius**3}"/></body>'
+            )
+        model = mujoco.MjModel.from_xml_string(
+            f'<mujoco><option timestep="{step}"/><custom><text name="magmotor" data="dipoles"/>'
+            f"</custom><worldbody>{bodies}</worldbody></mujoco>"
+        )
+        before = mm.check(model)
+        found = mm.check(model, fix=True)
+        assert [each.replace("set:", "proposed:") for each in found.settings] == [*before.settings]
+        assert mm.check(model).settings == ()
+
+
+def test_many_findings_are_counted():
+    bodies = "".join(
+        f'<body pos="{k} 0 0"><freejoint/><geom size="{0.004 + 1e-4 * k}" density="7500"/>'
+        '<site user="0.5"/></body>'
+        for k in range(8)
+    )
+    text = f'<mujoco><custom><text name="magmotor" data="dipoles"/></custom>{{}}{bodies}</mujoco>'
+    text = text.format("<worldbody>").replace("</mujoco>", "</worldbody></mujoco>")
+    found = mm.check(mujoco.MjModel.from_xml_string(text))
+    lines = str(found).splitlines()
+    assert len(found.findings) == 48
+    assert lines[:20] == [*found.findings[:20]]
+    assert lines[20] == "and 28 more findings"
+    assert lines[21].startswith("proposed: ")

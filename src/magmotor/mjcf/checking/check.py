@@ -1,5 +1,6 @@
 """`check`: which parts of a model with magnets will fail, and settings that prevent it."""
 
+import copy
 import math
 import warnings
 from collections.abc import Iterator
@@ -9,6 +10,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arguments import checked
+from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.driven_spins import unknown_spins
@@ -27,6 +29,12 @@ EMPTY = "nothing acts on this model: it has no dipoles, fields, coils or iron"
 
 NOTE = "note: {}"
 """The line of a note."""
+
+ROUNDS = 8
+"""Most settings that are tried in turn until no failure proposes another."""
+
+FULL = 20
+"""Largest number of findings in the text; `findings` has all."""
 
 LISTED = 4
 """Largest number of names that the text lists."""
@@ -69,8 +77,10 @@ class Check:
     notes: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return one line for each finding, each setting and each note."""
-        found = [*self.findings, *self.settings]
+        """Return one line for each finding, up to 20, each setting and each note."""
+        more = len(self.findings) - FULL
+        counted = [f"and {more} more findings"] * (more > 1)
+        found = [*self.findings[: FULL + (more == 1)], *counted, *self.settings]
         lines = [*found, *self.units] if found else [SOUND if self.acting else EMPTY]
         return "\n".join([*lines, *map(NOTE.format, self.notes)])
 
@@ -151,44 +161,42 @@ def examined(
         return result
     check_number("timestep of the model", model.opt.timestep, above=0)
     acting_forces(model)  # an invalid model would crash MuJoCo's functions
+    tried, solref, integrator = copy.copy(model), {}, ""
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, since the findings say the same
-        state = _state(model, data)
-        found = [*failures(model, state)]
-        description = described(model)
+        state, description = _state(model, data), described(model)
+        first = found = [*failures(tried, state)]
+        for _ in range(ROUNDS):  # since one proposal may need another
+            step, constants = tried.opt.timestep, _proposed(found)
+            tried.opt.timestep = min([step, *(failure.timestep for failure in found)])
+            chosen = next((failure.integrator for failure in found if failure.integrator), "")
+            tried.opt.integrator = INTEGRATORS[chosen] if chosen else tried.opt.integrator
+            for name, (constant, row) in constants.items():
+                row[:2] = solref[name] = constant, 1.0
+            integrator = chosen or integrator
+            if not (constants or chosen or tried.opt.timestep < step):
+                break
+            found = [*failures(tried, _state(tried, data))]
         unknown = [*unknown_spins(model, state)] if description.acting else []
         doubts = [*scattered(model, state)] if {*description.acting} - {"dipoles"} else []
-    numbers = {name: row for failure in found for name, row in failure.owners}
-    constants = dict.fromkeys(numbers, math.inf)
-    for failure in found:
-        for name, _ in failure.owners:
-            constants[name] = min(constants[name], failure.constant)
-    for name, row in numbers.items():  # one may be stiff enough, and the other one to blame
-        if 0 < row[0] <= constants[name]:
-            constants[name] = float(row[0])
-            if row[1] == 1.0:
-                del constants[name]
-    timestep = min([float(model.opt.timestep), *(failure.timestep for failure in found)])
+    timestep = float(tried.opt.timestep)
     done, settings = "set" if fix else "proposed", []
-    if constants:
-        ends = sorted({min(constants.values()), max(constants.values())})
+    if solref:
+        ends = sorted({min(solref.values())[0], max(solref.values())[0]})
         shown = " to ".join(f'solref="{constant:g} 1"' for constant in ends)
-        settings.append(f"{done}: {shown} of {_listed([*constants])}")
+        settings.append(f"{done}: {shown} of {_listed([*solref])}")
     if timestep < model.opt.timestep:
         settings.append(f"{done}: timestep {timestep:g} s")
-    integrator = next((failure.integrator for failure in found if failure.integrator), "")
     if integrator:
         settings.append(f"{done}: integrator {integrator}")
     if fix:
-        model.opt.timestep = timestep
-        if integrator:
-            model.opt.integrator = INTEGRATORS[integrator]
-        for name, constant in constants.items():
-            numbers[name][:2] = constant, 1.0
+        model.opt.timestep, model.opt.integrator = timestep, tried.opt.integrator
+        model.opt.o_solref[:] = tried.opt.o_solref
+        model.geom_solref[:], model.pair_solref[:] = tried.geom_solref, tried.pair_solref
     return Check(
-        findings=tuple(_merged(found)),
+        findings=tuple(_merged(first)),
         timestep=timestep,
-        solref={name: (constant, 1.0) for name, constant in constants.items()},
+        solref=solref,
         integrator=integrator,
         settings=tuple(settings),
         acting=bool(description.acting),
@@ -199,6 +207,21 @@ def examined(
             *(f"spins {each} are not judged: put them in a keyframe" for each in unknown),
         ),
     )
+
+
+def _proposed(found: list[Failure]) -> dict[str, tuple[float, Array]]:
+    """Return the time constants of contacts that are too long, and the numbers that hold them."""
+    constants = {}
+    for failure in found:
+        for name, row in failure.owners:
+            constant, _ = constants.get(name, (math.inf, row))
+            constants[name] = min(constant, failure.constant), row
+    for name, (constant, row) in [*constants.items()]:
+        if 0 < row[0] <= constant:  # one may be stiff enough, and the other one to blame
+            constants[name] = float(row[0]), row
+            if row[1] == 1.0:
+                del constants[name]
+    return constants
 
 
 def _idle(model: mujoco.MjModel, found: Description) -> Iterator[str]:
