@@ -604,7 +604,7 @@ def test_a_label_has_its_power_of_ten_before_the_unit():
     ],
 )
 def test_a_wrong_address_is_one_line_and_code_2(run_script, options, line):
-    code, _, error = run_script("view", "disk", "--web", *options)
+    code, _, error = run_script("view", "--web", *options, "disk")
     assert code == 2
     assert error.startswith(f"magmotor view: {line}")
     assert error.count("\n") == 1
@@ -620,10 +620,10 @@ def test_without_the_extra_it_is_one_line(monkeypatch):
 
 @pytest.mark.slow
 def test_the_command_serves_a_file_until_it_is_interrupted(tmp_path):
-    """Without the word `model`, and with `--web` first."""
+    """Without the word `model`, and with options first."""
     path = tmp_path / "needle.xml"
     path.write_text(NEEDLE)
-    command = [sys.executable, "-m", "magmotor", "view", "--web", str(path), "--port", "0"]
+    command = [sys.executable, "-m", "magmotor", "view", "--web", "--port", "0", str(path)]
     view = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert view.stdout is not None

@@ -107,9 +107,10 @@ SCENES = {"top": Options, "disk": Options, "motor": MotorOptions, "model": Model
 def main() -> None:
     warn_in_one_line()
     arguments = sys.argv[1:]
-    if arguments[:1] == ["--web"]:
-        arguments = [*arguments[1:], "--web"]
-    if arguments and arguments[0].lower().endswith(MODELS):
+    scenes = [k for k, word in enumerate(arguments) if word in SCENES or _is_model(word)]
+    if scenes and arguments[0].startswith("-"):  # options may come first
+        arguments = [arguments.pop(scenes[0]), *arguments]
+    if arguments and _is_model(arguments[0]):
         arguments = ["model", *arguments]
     allowed = f"{', '.join(KINDS)}, or an MJCF file ({', '.join(MODELS)})"
     scene, options = parse(SCENES, __doc__ or "", tuple(SCENES), arguments, allowed)
@@ -134,6 +135,10 @@ def main() -> None:
             fail(str(error), DIVERGED)
     if interrupted.is_set():
         fail("interrupted", INTERRUPTED)
+
+
+def _is_model(word: str) -> bool:
+    return word.lower().endswith(MODELS)
 
 
 def show_warnings(simulation: LiveSimulation) -> None:
