@@ -24,10 +24,11 @@ from magmotor.mjcf.checking.geoms import (
 from magmotor.mjcf.checking.groups import groups_of_pairs
 from magmotor.mjcf.checking.limits import softest_limit
 from magmotor.mjcf.checking.rails import repel_on_rail
-from magmotor.mjcf.checking.reach import common_ancestor, limited_slides, reach
+from magmotor.mjcf.checking.reach import common_ancestor, reach
 from magmotor.mjcf.checking.side import Side
 from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
+from magmotor.mjcf.checking.swept import limited_joints, swept_gaps, swept_joints
 from magmotor.mjcf.checking.touch import (
     Spacing,
     closest_approach,
@@ -105,7 +106,6 @@ def _meeting(
 ) -> Meeting | None:
     """Return how two magnets meet; None if nothing of them can. `built` keeps their sides."""
     one, other = magnets
-    ancestor = common_ancestor(model, one.body, other.body)
     acts, factor = _factors(model, one, other)
     margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
     geoms = [geoms_of(model, magnet, touching) for magnet in magnets]
@@ -126,10 +126,10 @@ def _meeting(
         apart = np.array(deepest)[:, np.newaxis]
     else:
         apart = sides[0].depth[:, np.newaxis] + sides[1].depth
-    walls = [j for magnet in magnets for j in limited_slides(model, magnet.body, ancestor)]
+    walls = limited_joints(model, one.body, other.body)
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
     while walls and _keep_apart(gaps):
-        softest = softest_limit(model, magnets, walls, gaps, np.where(acts, factor, 0))
+        softest = softest_limit(model, data, magnets, walls, gaps, np.where(acts, factor, 0))
         if softest < 0:
             break
         soft = softest
@@ -223,11 +223,12 @@ def _gaps(
     """Return how near dipoles, and geoms, of two magnets come to each other at least.
 
     The columns are those of the other magnet; a plane has one, at the height `level` above it.
-    `walls` are the slides that stop at their limits.
+    `walls` are the joints that stop at their limits.
     """
     one, other = magnets
     ancestor = common_ancestor(model, one.body, other.body)
-    found = []
+    bodies = one.body, other.body
+    found, swept = [], swept_joints(model, *bodies, walls)
     for places in ([m.positions for m in magnets], [data.geom_xpos[own] for own in geoms]):
         first, second = (
             reach(model, data, magnet.body, ancestor, points, walls)
@@ -235,13 +236,22 @@ def _gaps(
         )
         sizes = [bounding_radii(model, own) if found else np.zeros(1) for own in geoms]
         if not other.images:
-            found.append(first.gaps(second) - np.add.outer(*sizes))
+            least = first.gaps(second)
+            if swept and least.size:
+                within = swept_gaps(model, data, swept, walls, bodies, places)
+                least = np.maximum(least, within)
+            found.append(least - np.add.outer(*sizes))
         elif ancestor != other.body:
             found.append(np.zeros((len(first.centers), 1)))
         else:
+            point = other.positions[:1]
             normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
-            lowest = first.lowest(other.positions[0], normal) - sizes[0] - level
-            found.append(lowest[:, np.newaxis])
+            lowest = first.lowest(point[0], normal)
+            if swept and lowest.size:
+                onto = [places[0], point]
+                within = swept_gaps(model, data, swept, walls, bodies, onto, normal)
+                lowest = np.maximum(lowest, within[:, 0])
+            found.append((lowest - sizes[0] - level)[:, np.newaxis])
     return found[0], found[1]
 
 

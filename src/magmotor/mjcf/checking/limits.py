@@ -15,28 +15,34 @@ from magmotor.mjcf.checking.contact_rule import (
     shortest_kept,
     softness_of,
 )
+from magmotor.mjcf.checking.reach import joints_between
 from magmotor.mjcf.checking.strengths import Magnet
+
+HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
 def softest_limit(
     model: mujoco.MjModel,
+    data: mujoco.MjData,
     magnets: tuple[Magnet, Magnet],
-    slides: Sequence[int],
+    joints: Sequence[int],
     gaps: tuple[Array, Array],
     factor: Array,
 ) -> int:
-    """Return the slide whose limit is the softest of those too soft to stop two magnets, or -1.
+    """Return the joint whose limit is the softest of those too soft to stop two magnets, or -1.
 
-    Each limit is judged as if the whole force of the magnets pushed against it. Each may yield an
-    equal share of the distance that they keep.
+    Each limit is judged as if the whole force of the magnets pushed against it, at the far end of a
+    hinge's arm. Each may yield an equal share of the distance that they keep.
 
     Parameters
     ----------
     model : mujoco.MjModel
+    data : mujoco.MjData
+        Its positions are up to date.
     magnets : tuple of Magnet
         Only the second one may be a plane.
-    slides : sequence of int
-        The slides that have limits.
+    joints : sequence of int
+        The slides and hinges that have limits.
     gaps : tuple of ndarray
         How near their dipoles and their geoms come to each other at least, in m, all above 0.
     factor : ndarray, shape (n, m)
@@ -50,12 +56,24 @@ def softest_limit(
     if not (0 < force < np.inf and 0 < gradient < np.inf):
         return -1
     shortest, excess = shortest_kept(model, float(model.opt.timestep)), {}
-    for joint in slides:
+    for joint in joints:
         limit = softness_of(model.jnt_solref[joint], model.jnt_solimp[joint])
         mass = 1 / float(model.dof_invweight0[model.jnt_dofadr[joint]])
-        way = Approach(4 * force / gradient, force, mass, mass, room / len(slides))
+        if model.jnt_type[joint] == HINGE:
+            mass /= max(_arm(model, data, joint, magnets) ** 2, 1e-300)
+        way = Approach(4 * force / gradient, force, mass, mass, room / len(joints))
         excess[joint] = limit.stiffness_time(shortest) / longest_time_constant(way, limit)
         if model.opt.timestep * SHORTEST > SLACK * limit.resolved_time(shortest):
             excess[joint] = np.inf
     softest = max(excess, key=lambda joint: excess[joint])
     return softest if excess[softest] > 1 else -1
+
+
+def _arm(
+    model: mujoco.MjModel, data: mujoco.MjData, joint: int, magnets: tuple[Magnet, Magnet]
+) -> float:
+    """Return how far from the axis of a hinge the dipoles that it moves are at most."""
+    axis, anchor = data.xaxis[joint], data.xanchor[joint]
+    moved = [each for each in magnets if joint in joints_between(model, 0, each.body)]
+    places = np.concatenate([each.positions for each in moved]) - anchor
+    return float(np.linalg.norm(np.cross(places, axis), axis=1).max())

@@ -20,7 +20,8 @@ from magmotor.mjcf.checking.contact_rule import (
 )
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.impact import deepest_impact
-from magmotor.mjcf.checking.reach import equality_is_between, turns_are_limited
+from magmotor.mjcf.checking.reach import equality_is_between
+from magmotor.mjcf.checking.swept import turns_left_out
 from magmotor.mjcf.lookup import label
 
 COARSE = 0.8
@@ -183,10 +184,10 @@ def _has_plane(pair: Meeting) -> bool:
 
 
 def unless_limited(model: mujoco.MjModel, pair: Meeting) -> str:
-    """Say what `reach` leaves out and may keep two magnets apart: equalities, limits of turns."""
+    """Say what is left out and may keep two magnets apart: equalities, some limits of turns."""
     one, other = (magnet.body for magnet in pair.magnets)
     causes = ["equality constraints"] if equality_is_between(model, one, other) else []
-    if turns_are_limited(model, one, other):
+    if turns_left_out(model, one, other):
         causes.append("the limits of their hinges or ball joints")
     return f" unless {' or '.join(causes)} keep them apart" if causes else ""
 

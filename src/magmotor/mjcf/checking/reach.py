@@ -13,7 +13,6 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.lookup import disabled
 
 STRAIGHT = 1e-12
 """Sine of the angle below which two axes are parallel, and part of an axis that counts as none."""
@@ -129,7 +128,7 @@ def reach(
     """Return where points of a body can be, whose places at present are `points` (n, 3).
 
     Only those slides stop at their limits that are in `walls`; hinges and balls turn without
-    limits, and bodies that a user moves (mocap) can be anywhere.
+    limits here (see `swept_gaps`), and bodies that a user moves (mocap) can be anywhere.
     """
     links, axes, anchor, travels = [], [np.zeros((0, 3))], np.zeros(3), []
     anywhere = np.full((3, 2), [-np.inf, np.inf])
@@ -160,24 +159,6 @@ def _link(vector: Array, travels: list[Array]) -> Link:
     bounded = np.isfinite(highest - lowest)
     middle = np.add(lowest, highest, out=np.zeros(3), where=bounded) / 2
     return Link(vector + middle, (highest - lowest) / 2)
-
-
-def limited_slides(model: mujoco.MjModel, body: int, ancestor: int) -> list[int]:
-    """Return the slides of a body, and of what it hangs on up to an ancestor, that have limits."""
-    if disabled(model, "limit"):
-        return []
-    joints = joints_between(model, body, ancestor)
-    slide = mujoco.mjtJoint.mjJNT_SLIDE
-    return [j for j in joints if model.jnt_limited[j] and model.jnt_type[j] == slide]
-
-
-def turns_are_limited(model: mujoco.MjModel, one: int, other: int) -> bool:
-    """Return whether hinges or balls between two bodies have limits."""
-    if disabled(model, "limit"):
-        return False
-    joints = joints_between(model, one, other)
-    slide = mujoco.mjtJoint.mjJNT_SLIDE
-    return any(model.jnt_limited[j] and model.jnt_type[j] != slide for j in joints)
 
 
 def equality_is_between(model: mujoco.MjModel, one: int, other: int) -> bool:

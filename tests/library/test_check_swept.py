@@ -1,0 +1,142 @@
+"""How near hinges with limits let magnets come, against MuJoCo's own kinematics on a fine grid."""
+
+import itertools
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.mjcf.checking.swept import limited_joints, swept_gaps, swept_joints
+
+MODEL = """
+<mujoco>
+  <compiler angle="degree"/>
+  <option gravity="0 0 0" timestep="1e-4"/>
+  <default><geom size=".005" density="7500"/><joint axis="0 1 0" solreflimit="1e-3 1"/></default>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>{}</worldbody>
+</mujoco>"""
+FRAME = '<body name="frame" pos=".4 0 0"><geom {0}/><site name="frame" user=".05"/></body>'
+DOOR = """
+<body name="door"><joint name="hinge" axis="0 0 1" range="{0}"/>
+  <geom pos=".4 0 0" {1}/><site name="door" pos=".4 0 0" zaxis="0 0 -1" user=".05"/></body>"""
+FINGER = """
+<body pos="{0} 0 0">
+  <joint range="-20 30" axis="0 {1} 0"/><geom pos="0 0 .05"/>
+  <body name="{2}" pos="0 0 .1" euler="0 {3} 5">
+    <joint range="-10 40" axis="0 {1} .3"/><geom pos="0 0 .04" {4}/>
+    <site name="{2}" pos="0 0 .04" user=".05"/><site name="{2}2" pos="0 0 .03" user=".05"/>
+  </body>
+</body>"""
+ARM = """
+<body><joint name="turn" axis="0 0 1" range="-60 60"/><geom/>
+  <body pos=".1 0 .05"><joint range="20 90"/><geom/>
+    <body name="hand" pos=".1 0 0"><joint type="slide" axis="1 0 0" range="0 .04"/>
+      <geom pos=".05 0 0" {0}/><site name="hand" pos=".05 0 0" user=".05"/></body></body></body>
+<body name="part" pos=".1 .05 -.05"><geom {0}/><site name="part" user=".05"/></body>"""
+THROUGH = 'contype="0" conaffinity="0"'
+
+
+def load(bodies):
+    return mujoco.MjModel.from_xml_string(MODEL.format(bodies))
+
+
+def fingers(apart, more=""):
+    return FINGER.format(-apart, 1, "left", 0, more) + FINGER.format(apart, -1, "right", 10, more)
+
+
+def on_a_grid(model, names, number):
+    """The least distances of sites, by moving all joints through their ranges."""
+    data, least = mujoco.MjData(model), np.inf
+    sites = [[k for k in range(model.nsite) if name in model.site(k).name] for name in names]
+    ranges = [np.linspace(*joint, number) for joint in model.jnt_range]
+    for places in itertools.product(*ranges):
+        data.qpos[:] = places
+        mujoco.mj_kinematics(model, data)
+        one, other = (data.site_xpos[own] for own in sites)
+        apart = np.linalg.norm(one[:, np.newaxis] - other, axis=-1)
+        least = np.minimum(least, apart)
+    return least
+
+
+CASES = [
+    (FRAME.format("") + DOOR.format("5 90", ""), ("frame", "door"), 2000),
+    (FRAME.format("") + DOOR.format("-90 -20", ""), ("frame", "door"), 2000),
+    (fingers(0.08), ("left", "right"), 15),
+    (fingers(0.12), ("left", "right"), 15),
+    (ARM.format(""), ("hand", "part"), 40),
+]
+
+
+@pytest.mark.parametrize(("bodies", "names", "number"), CASES)
+@pytest.mark.parametrize("start", [0, 1])
+def test_the_least_distance_within_limits(bodies, names, number, start):
+    """It is a lower bound, from any start, and at most 4 % below the grid's (measured)."""
+    model, rng = load(bodies), np.random.default_rng(start)
+    data = mujoco.MjData(model)
+    data.qpos[:] = rng.uniform(*model.jnt_range.T) if start else 0
+    mujoco.mj_forward(model, data)
+    ends = [model.body(name).id for name in names]
+    walls = limited_joints(model, *ends)
+    points = [data.site_xpos[[k for k in range(model.nsite) if name in model.site(k).name]]
+              for name in names]  # fmt: skip
+    joints = swept_joints(model, *ends, walls)
+    assert len(joints) == model.njnt
+    found = swept_gaps(model, data, joints, walls, tuple(ends), points)
+    ratio = found / on_a_grid(model, names, number)
+    assert (ratio <= 1).all()
+    assert (ratio > 0.9).all()  # 0.94
+
+
+@pytest.mark.parametrize("height", [0.02, -0.02])
+def test_the_least_height_above_a_plane(height):
+    """The hand's lowest place is at the largest pitch, fully extended: analytic."""
+    model = load(ARM.format(""))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    hand = model.body("hand").id
+    walls = limited_joints(model, 0, hand)
+    joints = swept_joints(model, hand, 0, walls)
+    point, normal = np.array([[0, 0, height]]), np.array([0.0, 0, 1])
+    found = swept_gaps(model, data, joints, walls, (hand, 0), [data.site_xpos[[0]], point], normal)
+    lowest = 0.05 - 0.19 - height  # the arm of 0.19 m points down
+    assert lowest - 0.03 * abs(lowest) < found[0, 0] <= lowest
+
+
+@pytest.mark.parametrize(
+    ("bodies", "said"),
+    [
+        (FRAME.format(THROUGH) + DOOR.format("5 90", THROUGH), None),
+        (FRAME.format(THROUGH) + DOOR.format("0 90", THROUGH), "their dipoles coincide, since"),
+        (FRAME.format(THROUGH) + DOOR.format("-90 90", THROUGH), "their dipoles coincide, since"),
+        (FRAME.format("") + DOOR.format("5 90", ""), None),
+        (fingers(0.12, THROUGH), None),
+        (fingers(0.02, THROUGH), "their dipoles coincide, since"),
+        (ARM.format(THROUGH), None),
+    ],
+)
+def test_what_limits_of_hinges_keep_apart_is_no_finding(bodies, said):
+    model = load(bodies)
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.jnt_range @ [0.4, 0.6]
+    findings = mm.check(model, data).findings
+    assert [str(said) in each for each in findings] == [True] * (said is not None)
+
+
+def test_a_limit_that_is_too_soft_keeps_nothing_apart():
+    """The door swings through its limit to its frame's magnet in MuJoCo, too."""
+    door = DOOR.format("1 90", THROUGH)
+    for constant, holds in ((1e-3, True), (5.0, False)):
+        model = load(
+            FRAME.format(THROUGH) + door.replace("/>", f' solreflimit="{constant} 1"/>', 1)
+        )
+        data, least = mujoco.MjData(model), np.inf
+        data.qpos[0] = np.radians(3)
+        findings = mm.check(model, data).findings
+        assert not findings if holds else "the limit of joint 'hinge' is too soft" in findings[0]
+        with mm.magnetism():
+            while data.time < 2 and least > 1e-3:
+                mujoco.mj_step(model, data)
+                least = min(least, 0.4 * abs(data.qpos[0]))
+        assert (least > 0.005) == holds  # 0.0067
