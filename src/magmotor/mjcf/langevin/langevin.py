@@ -345,14 +345,15 @@ class Langevin(Thermostat):
         Warns
         -----
         UserWarning
-            By small motions about the initial position, the records contain on average more than 1 %
-            of the energy with which some motion starts. All replicas start alike, so that their
-            mean is not that of equilibrium, and their spread is too small an error. Positions are
-            judged where the forces are nearly linear, within a thermal displacement of an
-            equilibrium near the initial position. How long others need is not known, such as free
-            ones, those that start far from equilibrium, and those that must cross barriers.
-            Positions are not judged of more than 500 velocities, of which only the one with the
-            weakest friction is, nor by "o-step-o".
+            By small motions about the initial position, the records contain on average too much of
+            the energy with which some motion starts: more than a tenth, or more than 1 % and the
+            standard error of this energy. All replicas start alike, so that their mean is not that
+            of equilibrium, and their spread is too small an error. Positions are judged where the
+            forces are nearly linear, within a thermal displacement of an equilibrium near the
+            initial position, unless something is driven away from there. How long others need is
+            not known, such as free ones and those that must cross barriers. Of more than 500
+            velocities, only the one with the weakest friction is judged and no position, by
+            "o-step-o" only velocities.
         """
         nstep = check_integer("nstep", nstep, at_least=1)
         every = check_integer("every", every, at_least=1, at_most=nstep)
@@ -369,9 +370,9 @@ class Langevin(Thermostat):
         self._compile()
         if kT := max(self.kT.values()):
             forces = None if "S" in self._scheme.parts else self.forces
-            start, times = self._start(initial), (settle, every, records)
+            start, numbers = self._start(initial), (settle, every, records, replicas)
             if warning := unsettled(
-                self.model, start, self._friction, self._scheme, forces, kT, *times
+                self.model, start, self._friction, self._scheme, forces, kT, *numbers
             ):
                 warnings.warn(warning, stacklevel=2)
         out = np.full(shape, np.nan)

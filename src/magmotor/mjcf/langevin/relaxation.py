@@ -17,12 +17,11 @@ from magmotor.mjcf.lookup import label
 from magmotor.numerics.linear_stability import SmallMotion, splitting_step
 from magmotor.numerics.splittings import Scheme
 
-TOLERATED, FORGOTTEN = 0.01, 0.01
-"""Parts of the initial energy: the largest mean one in the records without a warning, and the one
-that the proposed number of steps leaves.
-
-The first one is the relative error that our documents state of temperatures. It takes 20 000
-independent records to see it in the energy of one motion.
+TOLERATED, INTOLERABLE, FORGOTTEN = 0.01, 0.1, 0.01
+"""Mean parts of the initial energy in the records: up to the first one, the relative error that our
+documents state of temperatures, there is no warning, and above the second one, there always is.
+Between them, there is one if the part exceeds the standard error of this energy in the sample. The
+third one is left after the proposed number of steps.
 """
 
 LINEAR = 2.0
@@ -46,6 +45,7 @@ def unsettled(
     settle: int,
     every: int,
     records: int,
+    replicas: int,
 ) -> str:
     """Return a warning if the records remember the initial state, else "".
 
@@ -64,7 +64,7 @@ def unsettled(
         In J; it decides which positions have an equilibrium nearby and so are judged, too.
     settle, every : int
         Numbers of steps before the sample and from one record to the next.
-    records : int
+    records, replicas : int
     """
     mujoco.mj_fwdPosition(model, data)
     inertia, damping = inertia_matrix(model, data), friction_matrix(model, data, friction)
@@ -81,7 +81,8 @@ def unsettled(
     parts = scheme.parts.replace("S", "R")
     step = splitting_step(parts, scheme.fractions, exact=True, response=crank_nicolson)
     motion = SmallMotion(np.zeros((n, n)), np.diag(np.maximum(rates, 0.0)), np.zeros((n, n)))
-    start = np.eye(2 * n)[:, n:]
+    start, numbers = np.eye(2 * n)[:, n:], (settle, every, records, replicas)
+    loss, shape = _slowest(step(motion, timestep), motion.stiffness, start)
     if forces is not None:
         try:
             stiffness = basis.T @ stiffness_matrix(model, data, forces) @ basis
@@ -89,11 +90,14 @@ def unsettled(
             held = _held(model, data, forces, basis @ modes, values, kT)
         except (ValueError, mujoco.FatalError):  # which the run meets, too
             return ""
+        # The energy of an oscillation is lost half as fast.
+        if not held.any() and not _too_much(loss / 2, *numbers):
+            return ""
         motion = motion._replace(stiffness=modes * np.maximum(values, 0.0) @ modes.T)
         start = block_diag(modes[:, held] / np.sqrt(values[held]), np.eye(n))
-    loss, shape = _slowest(step(motion, timestep), motion.stiffness, start)
-    left = _mean_left(loss, settle, every, records)
-    if not left > TOLERATED or (forces is None and loss == 0.0):
+        loss, shape = _slowest(step(motion, timestep), motion.stiffness, start)
+    left = _too_much(loss, *numbers)
+    if not left or (forces is None and loss == 0.0):
         return ""
     position, velocity = np.split(start @ shape, 2)
     places = position @ motion.stiffness @ position > velocity @ velocity
@@ -125,21 +129,23 @@ def _held(
 ) -> NDArray[np.bool_]:
     """Return which modes have an equilibrium nearby, with nearly linear forces at thermal widths.
 
-    The modes (nv, n) have unit masses; their stiffness has shape (n,).
+    None has if another one is driven away from its start by more than thermal fluctuations. The
+    modes (nv, n) have unit masses; their stiffness has shape (n,).
     """
-    held, moved, force = stiffness > 0.0, mujoco.MjData(model), forces(data)
+    held, moved, force = stiffness > 0.0, mujoco.MjData(model), modes.T @ forces(data)
     mujoco.mj_copyState(model, data, moved, int(mujoco.mjtState.mjSTATE_INTEGRATION))
     for i in np.flatnonzero(held):
         mode, width = modes[:, i], math.sqrt(kT / stiffness[i])
         for side in (width, -width):
             moved.qpos[:] = data.qpos
-            mujoco.mj_integratePos(model, moved.qpos, mode, mode @ force / stiffness[i] + side)
+            mujoco.mj_integratePos(model, moved.qpos, mode, force[i] / stiffness[i] + side)
             try:
                 found = mode @ forces(moved) / (-side * stiffness[i])
             except (ValueError, mujoco.FatalError):  # such as dipoles at the same place
                 found = 0.0
             held[i] &= 1 / LINEAR < found < LINEAR
-    return held
+    stays = held | (force**2 <= kT * np.abs(stiffness))
+    return held & stays.all()
 
 
 def _remedy(loss: float, rate: float, timestep: float, too_strong: str) -> str:
@@ -154,11 +160,18 @@ def _remedy(loss: float, rate: float, timestep: float, too_strong: str) -> str:
     return f"{why}: settle for {duration}, which leaves {100 * FORGOTTEN:g} %"
 
 
-def _mean_left(loss: float, settle: int, every: int, records: int) -> float:
-    """Return the mean part of an energy in the records, which decays by exp(-loss) in a step."""
+def _too_much(loss: float, settle: int, every: int, records: int, replicas: int) -> float:
+    """Return the mean part in the records of an energy that decays by exp(-loss) in a step.
+
+    The result is 0 if this is tolerated. The relative variance of an energy is 2, and its
+    correlation decays as it does.
+    """
     lost = loss * every
     mean = math.expm1(-lost * records) / math.expm1(-lost) / records if lost > 0.0 else 1.0
-    return math.exp(-loss * (settle + every)) * mean
+    left = math.exp(-loss * (settle + every)) * mean
+    independent = replicas * min(max(lost * records / 2, 1.0), records)
+    tolerated = min(max(math.sqrt(2 / independent), TOLERATED), INTOLERABLE)
+    return left if left > tolerated else 0.0
 
 
 def _slowest(step: Array, stiffness: Array, start: Array) -> tuple[float, Array]:
