@@ -82,7 +82,8 @@ def unsettled(
     step = splitting_step(parts, scheme.fractions, exact=True, response=crank_nicolson)
     motion = SmallMotion(np.zeros((n, n)), np.diag(np.maximum(rates, 0.0)), np.zeros((n, n)))
     start, numbers = np.eye(2 * n)[:, n:], (settle, every, records, replicas)
-    loss, shape = _slowest(step(motion, timestep), motion.stiffness, start)
+    kept = np.abs(np.diag(step(motion, timestep)[n:, n:]))
+    loss, shape = -2 * math.log(max(kept.max(), LEAST)), np.eye(n)[kept.argmax()]
     if forces is not None:
         try:
             stiffness = basis.T @ stiffness_matrix(model, data, forces) @ basis
