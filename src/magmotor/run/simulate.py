@@ -127,7 +127,8 @@ def simulate(
     UserWarning
         The timestep is too long for the flights of the disk at this temperature, or a motor's
         energy, heat and work drift apart by more than a tenth of the heat between its temperatures.
-        Heat and work of top and disk are not recorded, hence not checked: see `energy_balance`.
+        Use replicas, whose spread says which drift is chance; see the page on methods. Heat and
+        work of top and disk are not recorded, hence not checked: see `energy_balance`.
 
     Examples
     --------

@@ -45,8 +45,12 @@ LARGEST_SHARE = 0.1
 ROUNDED = 1e-9
 """Share of the energy below which a drift may be one of rounding errors."""
 
+FALSE_ALARMS = 0.01
+"""Largest probability by Student's law of a drift that the spread of the replicas alone explains:
+three standard errors of 16 replicas."""
+
 SIGNIFICANT = 5
-"""Standard errors of a significant drift."""
+"""The same in standard errors of batches in time, which are not independent."""
 
 
 class MotorEnergy(NamedTuple):
@@ -166,19 +170,21 @@ def check_first_law(run: xr.Dataset, scene: Motor) -> None:
     """Warn if a finished run's energy, heat and work drift apart by more than a small share.
 
     Between two temperatures the share is that of the heat from either bath, else of all heat and
-    work, and of the ball's energy. Five standard errors of a mean over 16 batches or more.
+    work, and of the ball's energy. The drift must exceed about three standard errors of the
+    replicas (more if they are fewer than 16) or five of a mean over 16 batches in time or more, as
+    for a single run. Nothing is said of a single run of at most 16 records, nor if the work of a
+    load is ambiguous.
 
     Warns
     -----
     UserWarning
         The method has created or destroyed energy.
     """
-    if scene.load_torque or run.sizes["time"] <= BATCHES:
+    try:
+        residual = motor_energy_balance(run, scene).residual.values
+    except ValueError:  # too few records to tell which way the ball has gone under its load
         return
-    heat, work = run.heat.values, run.work.values
-    residual = run.energy.values + heat - work
-    drift, error = mean_and_error(np.diff(residual, axis=-1))
-    lost = drift * (run.sizes["time"] - 1)
+    lost, heat, work = float(np.mean(residual[..., -1])), run.heat.values, run.work.values
     from_ring = run.ring_work.values - run.ring_heat.values
     if scene.has_two_temperatures:
         each = (from_ring, work - heat - from_ring)
@@ -186,8 +192,10 @@ def check_first_law(run: xr.Dataset, scene: Motor) -> None:
     else:
         scale = float(np.mean((abs(heat) + abs(work))[..., -1]))
         scale += float(np.abs(run.energy.values - run.ring_energy.values).max())
-    least = max(LARGEST_SHARE * scale, ROUNDED * float(np.abs(run.energy.values).max()))
-    if abs(drift) > SIGNIFICANT * error and abs(lost) > least:
+    energy = float(np.abs(run.energy.values).max())
+    scale = scale or energy  # nothing is exchanged, and the ball has no energy
+    least = max(LARGEST_SHARE * scale, ROUNDED * energy)
+    if abs(lost) > least and _is_significant(residual):
         exchanged = "the heat" if scene.has_two_temperatures else "heat, work and energy"
         warnings.warn(
             f"timestep = {run.attrs['timestep']:g}: {run.attrs['method']} has"
@@ -195,6 +203,22 @@ def check_first_law(run: xr.Dataset, scene: Motor) -> None:
             f" {exchanged}, so that the first law does not hold: use a shorter timestep",
             stacklevel=7,  # the caller of simulate
         )
+
+
+def _is_significant(residual: Array) -> bool:
+    """Return whether a residual, shape (T,) or (replicas, T), drifts by its standard errors."""
+    from scipy.special import stdtrit
+
+    rows = np.atleast_2d(residual)
+    replicas, records = rows.shape
+    if replicas > 1:
+        limit = stdtrit(replicas - 1, 1 - FALSE_ALARMS / 2) / np.sqrt(replicas)
+        if abs(rows[:, -1].mean()) > limit * rows[:, -1].std(ddof=1):
+            return True
+    if records <= BATCHES:
+        return False
+    drift, error = mean_and_error(np.diff(rows))
+    return abs(drift) > SIGNIFICANT * error
 
 
 @analysis("energy", "ring_energy", "heat", "ring_heat", "work", "ring_work", of=Motor, finite=False)

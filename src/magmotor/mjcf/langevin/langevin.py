@@ -345,10 +345,15 @@ class Langevin(Thermostat):
         Warns
         -----
         UserWarning
-            By small motions about the initial position, the records contain on average more than a
-            tenth of the kinetic energy with which some motion starts. All replicas start alike, so
-            that their mean is not that of equilibrium, and their spread is too small an error. How
-            long positions need is not known, such as those that must cross barriers.
+            By small motions about the initial position, the records contain on average too much of
+            the energy with which some motion starts: more than a tenth, or more than 1 % and the
+            standard error of this energy. All replicas start alike, so that their mean is not that
+            of equilibrium, and their spread is too small an error. Positions are judged where the
+            forces are nearly linear, within a thermal displacement of an equilibrium near the
+            initial position, unless something is driven away from there. How long others need is
+            not known, such as free ones and those that must cross barriers. Of more than 500
+            velocities, only the one with the weakest friction is judged and no position, by
+            "o-step-o" only velocities.
         """
         nstep = check_integer("nstep", nstep, at_least=1)
         every = check_integer("every", every, at_least=1, at_most=nstep)
@@ -357,24 +362,24 @@ class Langevin(Thermostat):
         if initial is not None:
             check_type("initial", initial, mujoco.MjData)
             self._check_data(initial)
-        if any(self.kT.values()):
-            forces = None if "S" in self._scheme.parts else self.forces
-            start = self._start(initial)
-            if warning := unsettled(
-                self.model, start, self._friction, self._scheme, forces, settle, nstep
-            ):
-                warnings.warn(warning, stacklevel=2)
         nq, nv, baths = self.model.nq, self.model.nv, len(self.kT)
         records = nstep // every
         shape = replicas, records, nq + nv + baths + 1
         if 8 * np.prod(shape, dtype=float) > physical_memory():
             raise reject("nstep", nstep, f"{replicas} x {records} records do not fit in memory")
+        self._compile()
+        if kT := max(self.kT.values()):
+            forces = None if "S" in self._scheme.parts else self.forces
+            start, numbers = self._start(initial), (settle, every, records, replicas)
+            if warning := unsettled(
+                self.model, start, self._friction, self._scheme, forces, kT, *numbers
+            ):
+                warnings.warn(warning, stacklevel=2)
         out = np.full(shape, np.nan)
         lost: dict[int, float] = {}
         with tqdm(
             total=replicas * (settle + nstep), desc="Langevin", unit="step", delay=2, disable=None
         ) as progress:
-            self._compile()
             follow = partial(self._follow, out, lost, settle, nstep, every, initial, progress)
             on_threads(follow, replicas, min(replicas, os.cpu_count() or 1))
         run = self._dataset(out, every, initial)
