@@ -6,7 +6,8 @@ import pytest
 
 import magmotor as mm
 from magmotor.mjcf.checking.frequencies import frequencies
-from magmotor.mjcf.checking.reach import common_ancestor, limited_slides, reach
+from magmotor.mjcf.checking.reach import common_ancestor, reach
+from magmotor.mjcf.checking.swept import limited_joints
 
 HINGE, BALL = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL)
 
@@ -64,7 +65,7 @@ def gaps_and_nearest(model, bodies, offsets, generator, samples):
     data = mujoco.MjData(model)
     shuffle(model, data, generator)
     ancestor = common_ancestor(model, *bodies)
-    walls = [joint for body in bodies for joint in limited_slides(model, body, ancestor)]
+    walls = limited_joints(model, *bodies)
 
     def places(body, own):
         return data.xpos[body] + own @ data.xmat[body].reshape(3, 3).T

@@ -13,7 +13,7 @@ from magmotor.mjcf.checking.contact_rule import SLACK
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.frequencies import frequency_at_touch, unstable_joints
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
-from magmotor.mjcf.checking.pair_findings import at_drive_1, names_of, unless_limited
+from magmotor.mjcf.checking.pair_findings import at_drive_1, names_of, too_soft, unless_limited
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.declared import can_move
 from magmotor.mjcf.describe import Description
@@ -109,7 +109,8 @@ def fast_magnets(
         assumed = _assumed(model, state, fastest)
         found.append((now[fastest], label(model, "body", fastest), 1, assumed))
     for pair in pairs:
-        nearest = f" where their joints let them come nearest{unless_limited(model, pair)}"
+        nearest = " where their joints let them come nearest"
+        nearest += unless_limited(model, pair) + too_soft(model, pair)
         for approach, where in ((pair.approach, " where they touch"), (pair.linked, nearest)):
             if approach:
                 frequency = frequency_at_touch(model, state, pair.magnets, approach)

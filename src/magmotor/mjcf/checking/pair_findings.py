@@ -141,11 +141,14 @@ def _weak_contacts(model: mujoco.MjModel, pair: Meeting, approach: Approach) -> 
 
 def _assumed(model: mujoco.MjModel, pair: Meeting) -> str:
     """Say which coils are taken at a drive that nothing bounds, and which limit is too soft."""
-    said = at_drive_1(model, {magnet.unbounded for magnet in pair.magnets})
-    if pair.soft_limit >= 0:
-        said += f" (the limit of {label(model, 'joint', pair.soft_limit)} is too soft to keep them"
-        said += " apart)"
-    return said
+    return at_drive_1(model, {magnet.unbounded for magnet in pair.magnets}) + too_soft(model, pair)
+
+
+def too_soft(model: mujoco.MjModel, pair: Meeting) -> str:
+    """Say which limit is too soft, if one is."""
+    joint = pair.soft_limit
+    name = label(model, "joint", joint) if joint >= 0 else ""
+    return f" (the limit of {name} is too soft to keep them apart)" * bool(name)
 
 
 def at_drive_1(model: mujoco.MjModel, actuators: set[int]) -> str:
