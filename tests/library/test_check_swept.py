@@ -50,7 +50,7 @@ def on_a_grid(model, names, number):
     """The least distances of sites, by moving all joints through their ranges."""
     data, least = mujoco.MjData(model), np.inf
     sites = [[k for k in range(model.nsite) if name in model.site(k).name] for name in names]
-    ranges = [np.linspace(*joint, number) for joint in model.jnt_range]
+    ranges = [np.linspace(low, high, number) for low, high in model.jnt_range]
     for places in itertools.product(*ranges):
         data.qpos[:] = places
         mujoco.mj_kinematics(model, data)
@@ -77,13 +77,13 @@ def test_the_least_distance_within_limits(bodies, names, number, start):
     data = mujoco.MjData(model)
     data.qpos[:] = rng.uniform(*model.jnt_range.T) if start else 0
     mujoco.mj_forward(model, data)
-    ends = [model.body(name).id for name in names]
-    walls = limited_joints(model, *ends)
+    one, other = (model.body(name).id for name in names)
+    walls = limited_joints(model, one, other)
     points = [data.site_xpos[[k for k in range(model.nsite) if name in model.site(k).name]]
               for name in names]  # fmt: skip
-    joints = swept_joints(model, *ends, walls)
+    joints = swept_joints(model, one, other, walls)
     assert len(joints) == model.njnt
-    found = swept_gaps(model, data, joints, walls, tuple(ends), points)
+    found = swept_gaps(model, data, joints, walls, (one, other), points)
     ratio = found / on_a_grid(model, names, number)
     assert (ratio <= 1).all()
     assert (ratio > 0.9).all()  # 0.94
