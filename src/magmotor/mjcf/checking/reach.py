@@ -164,8 +164,7 @@ def _link(vector: Array, travels: list[Array]) -> Link:
 def equality_is_between(model: mujoco.MjModel, one: int, other: int) -> bool:
     """Return whether an active equality constraint acts on what is between two bodies, or on it."""
     joints = {*joints_between(model, one, other)}
-    ancestor = common_ancestor(model, one, other)
-    bodies = {*_chain(model, one, ancestor), *_chain(model, other, ancestor)}
+    bodies = {*bodies_between(model, one, other)}
     for k in np.flatnonzero(model.eq_active0).tolist():
         kind, ends = model.eq_objtype[k], {int(model.eq_obj1id[k]), int(model.eq_obj2id[k])}
         if kind == mujoco.mjtObj.mjOBJ_SITE:
@@ -186,9 +185,13 @@ def common_ancestor(model: mujoco.MjModel, one: int, other: int) -> int:
 
 def joints_between(model: mujoco.MjModel, one: int, other: int) -> list[int]:
     """Return the joints that move one body as seen from another."""
+    return [joint for each in bodies_between(model, one, other) for joint in _joints(model, each)]
+
+
+def bodies_between(model: mujoco.MjModel, one: int, other: int) -> list[int]:
+    """Return two bodies and what they hang on, up to and without what both hang on."""
     ancestor = common_ancestor(model, one, other)
-    chains = _chain(model, one, ancestor), _chain(model, other, ancestor)
-    return [joint for chain in chains for each in chain for joint in _joints(model, each)]
+    return _chain(model, one, ancestor) + _chain(model, other, ancestor)
 
 
 def _chain(model: mujoco.MjModel, body: int, ancestor: int) -> list[int]:

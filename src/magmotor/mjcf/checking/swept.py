@@ -12,7 +12,7 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
-from magmotor.mjcf.checking.reach import joints_between
+from magmotor.mjcf.checking.reach import bodies_between, joints_between
 from magmotor.mjcf.lookup import disabled
 
 SLIDE, HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("SLIDE", "HINGE"))
@@ -23,7 +23,7 @@ MOST_JOINTS = 4
 FIRST = {1: 16, 2: 8, 3: 4, 4: 4}
 """Number of cells along each joint at first, by the number of joints."""
 
-MOST_DISTANCES, HALVINGS = 1_000_000, 30
+MOST_DISTANCES, HALVINGS = 100_000, 30
 """Largest number of distances that are computed at a time, and of halvings of cells."""
 
 PRECISION = 0.02
@@ -52,8 +52,8 @@ def swept_joints(model: mujoco.MjModel, one: int, other: int, walls: Collection[
     kinds = dict(zip(joints, model.jnt_type[joints].tolist(), strict=True))
     helps = any(kinds[j] == HINGE for j in joints if j in walls)
     bounded = all(kind == HINGE or (kind == SLIDE and j in walls) for j, kind in kinds.items())
-    moved = (model.body_mocapid[[one, other]] >= 0).any()
-    return joints if helps and bounded and not moved and len(joints) <= MOST_JOINTS else []
+    by_user = (model.body_mocapid[bodies_between(model, one, other)] >= 0).any()
+    return joints if helps and bounded and not by_user and len(joints) <= MOST_JOINTS else []
 
 
 def turns_left_out(model: mujoco.MjModel, one: int, other: int) -> bool:
