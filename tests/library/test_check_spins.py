@@ -172,6 +172,31 @@ def test_bodies_that_tumble(inertia):
             assert rate < 0.1  # 0.08
 
 
+@pytest.mark.parametrize(("inertia", "duration"), [("1 1.3 1.8", 0.5), ("1 2 2.9", 0.3)])
+def test_spins_about_the_middle_axis_tumble(inertia, duration):
+    """The angular momentum grows although w x I w is nearly 0 at first."""
+    moments, spin = np.array(inertia.split(), float), 200 * np.array([1e-3, 1, 1e-3])
+    model = load(inertia=inertia)
+    found, data = unkept_spin(model, spinning(model, spin)), spinning(model, spin)
+    mujoco.mj_step(model, data, nstep=round(duration / model.opt.timestep))
+    growth = np.linalg.norm(moments * data.qvel[3:]) / np.linalg.norm(moments * spin)
+    assert found
+    assert found.rate == pytest.approx(np.log(growth) / duration, rel=0.5)  # 0.32
+
+
+@pytest.mark.parametrize("joint", [FREE, BALL])
+@pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast"])
+def test_bodies_that_tumble_at_long_timesteps(integrator, joint):
+    """They turn by 1 rad in a timestep; explicit methods let them speed up, others brake them."""
+    model = load(joint=joint, integrator=integrator, inertia="1 1.7 2", step=0.018)
+    moments, spin = np.array([1, 1.7, 2]), np.array([-36.8, 42, -21.7])
+    found, data = unkept_spin(model, spinning(model, spin)), spinning(model, spin)
+    mujoco.mj_step(model, data, nstep=10)
+    growth = np.linalg.norm(moments * data.qvel[-3:]) / np.linalg.norm(moments * spin)
+    assert found
+    assert found.rate == pytest.approx(np.log(growth) / 0.18, rel=0.5)  # 0.32
+
+
 @pytest.mark.parametrize(
     ("parts", "spin"),
     [
