@@ -25,6 +25,7 @@ BODY = """
 FREE, BALL = "<freejoint/>", '<joint type="ball"/>'
 WHEEL = """<body name="wheel" pos="0 0 0.3"><joint axis="0 0 1"/>
 <inertial pos="0 0 0" mass="0.5" diaginertia="0.6 0.6 1.1"/><geom size="0.1"/></body>"""
+STIFF = '<body><joint damping="5000"/><geom size="0.1" mass="100"/></body>'
 GIMBALS = """
 <mujoco>
   <option gravity="0 0 0" integrator="{integrator}" timestep="{step}"/>
@@ -221,6 +222,19 @@ def test_spins_that_stay_are_no_finding(parts, spin):
     assert abs(data.qvel).max() < 1.01 * before
 
 
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("body_dofadr", 2), ("body_jntadr", 2), ("tree_dofadr", -1), ("tree_dofnum", 7)],
+)
+def test_a_model_whose_parts_are_not_in_order_is_an_error(field, value):
+    """MuJoCo's own functions, which take them as sorted, could crash."""
+    model = load(other=STIFF)
+    data = spinning(model, (0, 0, 50))
+    getattr(model, field)[0] = value
+    with pytest.raises(ValueError, match=field):
+        mm.check(model, data)
+
+
 def test_joints_that_move_alike_are_left_out():
     """Their inertia is singular."""
     joints = 2 * '<joint axis="0 0 1"/>' + '<joint axis="1 0 0"/><joint axis="0 1 0"/>'
@@ -273,9 +287,6 @@ def test_a_spinning_magnet_stays_upright_with_what_is_proposed():
     model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_EULER, 9.1e-6
     assert mm.check(model).findings == ()
     assert largest_tilt(model, 0.3) < 0.6  # 0.573
-
-
-STIFF = '<body><joint damping="5000"/><geom size="0.1" mass="100"/></body>'
 
 
 @pytest.mark.parametrize(
