@@ -171,6 +171,7 @@ def use(path: Path, ours: bool, compared: bool) -> str:
     def stepped() -> str:
         with mm.magnetism():
             data = mujoco.MjData(loaded)
+            data.qfrc_applied[:] = data.xfrc_applied[:] = 0  # a history may have overwritten them
             mujoco.mj_forward(loaded, data)
             found = wrong_forces(loaded, data) if compared else ""
             mujoco.mj_step(loaded, data, nstep=3)
