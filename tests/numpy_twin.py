@@ -49,7 +49,8 @@ def coupling_factors(model):
     """Factors of the interactions between dipoles of any two bodies, shape (nbody, nbody)."""
     factors = np.ones((model.nbody, model.nbody))
     for k in range(model.ntuple):
-        if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TUPLE, k).startswith("coupling"):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_TUPLE, k) or ""
+        if name.startswith("coupling"):
             a, b = model.tuple_objid[model.tuple_adr[k] :][:2]
             factors[a, b] *= model.tuple_objprm[model.tuple_adr[k]]
             factors[b, a] = factors[a, b]

@@ -1,7 +1,9 @@
-"""Damaged models: binaries (.mjb) of which one index, size or text is wrong.
+"""Damaged models: binaries (.mjb) of which one or two integers, sizes or texts are wrong.
 
 MuJoCo's own check lets many of them pass. They must not crash a process with magmotor unless they
-crash one without it, whose plugin does nothing. Each binary is read in two forked processes.
+crash one without it, whose plugin does nothing, and they must be refused by a clear error or have
+the forces that plain NumPy finds in their arrays. Which fields there are is asked of MuJoCo. Each
+binary is read in two forked processes.
 """
 
 import contextlib
@@ -13,17 +15,19 @@ import signal
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from mujoco.introspect import structs
 
 import magmotor as mm
 import magmotor_plugin
-from magmotor.mjcf import layout
-from magmotor.mjcf.forces.valid_indices import INDICES, TEXTS
+
+from .sound_models import COMPARED, Sound, wrong_forces
 
 LARGEST = 2**31 - 1
 
@@ -39,79 +43,35 @@ M_PERTURB = -6
 MEMORY = 8 << 30
 """Bytes of address space of a process."""
 
-MODEL = """
-<mujoco>
-  <option timestep="1e-3"/>
-  <size nuserdata="5"/>
-  <extension>
-    {plugin}
-    <plugin plugin="magmotor.magnetometer"><instance name="hall"/></plugin>
-  </extension>
-  <custom>
-    <text name="other" data="words"/>
-    <text name="magmotor" data="all"/>
-    <numeric name="magnetic_tolerance" data="1e-3"/>
-    <numeric name="field_up" data="0 0 1e-3 0 0 0 0 0"/>
-    <numeric name="steel" data="1000 1.5e6"/>
-    <tuple name="field of the rail">
-      <element objtype="numeric" objname="field_up"/>
-      <element objtype="actuator" objname="current"/>
-      <element objtype="site" objname="end"/>
-    </tuple>
-    <tuple name="coil">
-      <element objtype="actuator" objname="drive" prm="2"/>
-      <element objtype="body" objname="rotor"/>
-      <element objtype="site" objname="free"/>
-    </tuple>
-    <tuple name="coupling">
-      <element objtype="body" objname="rotor" prm="2"/>
-      <element objtype="body" objname="ball" prm="2"/>
-    </tuple>
-    <tuple name="iron">
-      <element objtype="numeric" objname="steel"/>
-      <element objtype="geom" objname="core"/>
-    </tuple>
-  </custom>
-  <worldbody>
-    <geom name="core" type="box" size=".02 .02 .02" pos="0 0 -.3"/>
-    <site name="end" pos="1 0 0"/>
-    <body name="base" pos="0 0 .1">
-      <geom size=".02"/>
-      <body name="rotor">
-        <joint name="axle" type="hinge" damping="1e-3" user="1e-3 0 0 2e-3"/>
-        <geom size=".03"/>
-        {sites}
-      </body>
-    </body>
-    <body name="ball" pos=".3 0 0" user="0 0 1e-4 0 0 0">
-      <freejoint/>
-      <geom size=".02"/>
-      <site name="free" user=".3"/>
-    </body>
-    <body pos="0 .4 0"><joint type="slide" user="1e-3 0"/><geom size=".03"/><site user="1"/></body>
-  </worldbody>
-  <actuator>
-    <general name="drive" joint="axle" gainprm="0" ctrlrange="-1 1"/>
-    <general name="current" joint="axle" gainprm="0" dyntype="filter" dynprm="1e-2"/>
-  </actuator>
-  <sensor><plugin name="probe" instance="hall" objtype="site" objname="end"/></sensor>
-</mujoco>"""
-FORCES = '<plugin plugin="magmotor.forces"><instance name="m"><config key="act" value="all"/></instance></plugin>'  # noqa: E501
-SITES = "".join(f'<site pos="{k / 100} 0 0" zaxis="1 {k} 0" user=".1"/>' for k in range(20))
+CLEAR = ValueError, mujoco.FatalError
+"""Errors that say what is wrong."""
 
 
-class Mutation(NamedTuple):
-    """A damaged model: its number, whether it has the plugin, and what is wrong with it."""
+class Edit(NamedTuple):
+    """What is wrong in a field: the value of an element, or a permutation with the seed `value`."""
 
-    number: int
-    plugin: bool
     field: str
     element: int
+    """Negative for a permutation."""
     value: int
 
     def __str__(self) -> str:
-        what = f"{self.field}[{self.element}] = {self.value}"
-        return f"{what}, {'with the plugin' if self.plugin else 'inside magnetism()'}"
+        if self.element < 0:
+            return f"{self.field} permuted (seed {self.value})"
+        return f"{self.field}[{self.element}] = {self.value}"
+
+
+class Mutation(NamedTuple):
+    """A damaged model, and its number."""
+
+    number: int
+    sound: Sound
+    edits: tuple[Edit, ...]
+
+    def __str__(self) -> str:
+        where = "with the plugin" if self.sound.plugin else "inside magnetism()"
+        what = f" with {COMPARED}" if self.sound.compared else ""
+        return f"{self.number}: {' and '.join(map(str, self.edits))}, {where}{what}"
 
 
 class Outcome(NamedTuple):
@@ -120,6 +80,8 @@ class Outcome(NamedTuple):
     mutation: Mutation
     ours: int
     bare: int
+    said: str
+    """What the one with magmotor found to be wrong."""
 
     @property
     def is_ours(self) -> bool:
@@ -127,95 +89,114 @@ class Outcome(NamedTuple):
         return self.ours > 0 and self.bare == 0
 
 
-def model(plugin: bool) -> mujoco.MjModel:
-    """Return the sound model, in which everything acts."""
-    return mujoco.MjModel.from_xml_string(
-        MODEL.format(plugin=FORCES if plugin else "", sites=SITES)
-    )
-
-
-def directed() -> list[Mutation]:
-    """Return -1, the largest C int and the first number out of range in all that magmotor reads."""
-    sound = model(False), model(True)
-    last = {name: getattr(sound[0], name).size - 1 for name in integers(sound[0])}
-    last = {name: place for name, place in last.items() if name in layout.MODEL_FIELDS}
-    wrong = [(field, k, value) for field, k in last.items() for value in (-1, LARGEST)]
-    wrong += [(field, last[field], getattr(sound[0], limit)) for field, _, limit, *_ in INDICES]
-    found = [Mutation(k, k % 2 == 1, *each) for k, each in enumerate(wrong)]
-    for field, count in TEXTS:
-        plugin = field == "plugin_attr"
-        found.append(Mutation(len(found), plugin, field, getattr(sound[plugin], count) - 1, 1))
+@cache
+def fields(sound: Sound) -> dict[str, list[str]]:
+    """Return the names of integers, characters and sizes in mjModel, by MuJoCo's types of them."""
+    model, found = sound.model, {"int *": [], "char *": [], "mjtSize": []}
+    for field in structs.STRUCTS["mjModel"].fields:
+        kind = str(field.type)
+        if kind in found and (
+            kind == "mjtSize" or len(getattr(model, field.name)) > (kind == "char *")
+        ):
+            found[kind].append(field.name)
     return found
 
 
-def integers(model: mujoco.MjModel) -> list[str]:
-    """Return the fields of C ints that are not empty."""
-    return [
-        name
-        for name in sorted(dir(model))
-        if isinstance(array := getattr(model, name), np.ndarray)
-        and array.dtype == np.int32
-        and array.size
-    ]
-
-
-def random(seed: int, number: int) -> Mutation:
-    """Return one of all mutations; a negative element permutes the field by the seed `value`."""
+def mutation(seed: int, number: int) -> Mutation:
+    """Return one of all mutations; numbers in a row damage all fields of integers."""
     rng = np.random.default_rng([seed, number])
-    plugin = bool(rng.integers(2))
-    sound = model(plugin)
-    field = str(rng.choice([*integers(sound), "header"]))
-    if field == "header":
-        return Mutation(number, plugin, field, int(rng.integers(250)), int(rng.integers(-2, 40)))
-    array = getattr(sound, field).ravel()
+    sound = Sound(bool(rng.integers(2)), bool(rng.integers(2)))
+    of = fields(sound)
+    if rng.random() < 0.1:
+        return Mutation(number, sound, (Edit("header", int(rng.integers(250)), value(rng)),))
+    if rng.random() < 0.05:
+        text = str(rng.choice(of["char *"]))
+        place = len(getattr(sound.model, text)) - 1
+        return Mutation(number, sound, (Edit(text, place, int(rng.integers(1, 128))),))
+    names = [of["int *"][number % len(of["int *"])], str(rng.choice(of["int *"]))]
+    edits = (edit(rng, sound, name) for name in names[: 1 + (rng.random() < 0.4)])
+    return Mutation(number, sound, tuple(edits))
+
+
+def edit(rng: np.random.Generator, sound: Sound, field: str) -> Edit:
+    """Return something that may be wrong with a field of integers."""
+    model = sound.model
+    array = getattr(model, field).ravel()
     if rng.random() < 0.2:
-        return Mutation(number, plugin, field, -1, int(rng.integers(1000)))
-    largest = int(array.max())
-    values = [-1, -2, 0, 1, largest, largest + 1, largest + 2, 100, LARGEST, -LARGEST - 1]
-    return Mutation(number, plugin, field, int(rng.integers(array.size)), int(rng.choice(values)))
+        return Edit(field, -1, int(rng.integers(1000)))
+    size = getattr(model, str(rng.choice(fields(sound)["mjtSize"])))
+    near = int(rng.choice(array)) + int(rng.integers(-2, 3))
+    given = rng.choice([value(rng), near, int(array.max()) + 1, min(size, LARGEST)])
+    return Edit(field, int(rng.integers(array.size)), int(np.clip(given, -LARGEST - 1, LARGEST)))
+
+
+def value(rng: np.random.Generator) -> int:
+    """Return an integer that is probably out of range."""
+    return int(rng.choice([-1, -2, 0, 1, 100, int(rng.integers(40)), LARGEST, -LARGEST - 1]))
 
 
 def write(mutation: Mutation, path: Path) -> None:
     """Write a damaged binary."""
-    damaged = model(mutation.plugin)
-    field, element, value = mutation[2:]
-    if field in dict(TEXTS):
-        place = ctypes.c_void_p.from_address(
-            damaged._address + getattr(layout.current(), field)
-        ).value
-        ctypes.c_byte.from_address((place or 0) + element).value = value
-    elif field != "header":
-        array = getattr(damaged, field).reshape(-1)
-        if element < 0:
-            array[:] = np.random.default_rng(value).permutation(array)
-        else:
-            array[element] = value
+    damaged, texts = mutation.sound.model, {}
+    for field, element, given in mutation.edits:
+        if field != "header" and isinstance(array := getattr(damaged, field), bytes):
+            texts[array] = element, given  # read-only
+        elif field != "header":
+            array = getattr(damaged, field).reshape(-1)
+            if element < 0:
+                array[:] = np.random.default_rng(given).permutation(array)
+            else:
+                array[element] = given
     mujoco.mj_saveModel(damaged, str(path), None)
-    if field == "header":
-        words = np.memmap(path, np.int32, "r+")
-        words[element] = value
-        words.flush()
+    content = bytearray(path.read_bytes())
+    for text, (element, given) in texts.items():
+        content[content.index(text) + element] = given
+    for field, element, given in mutation.edits:
+        if field == "header":
+            content[4 * element : 4 * element + 4] = given.to_bytes(4, "little", signed=True)
+    path.write_bytes(content)
 
 
-def use(path: Path, ours: bool) -> None:
-    """Load a binary and step it; with magmotor, do everything that reads a model, too."""
-    loaded = mujoco.MjModel.from_binary_path(str(path))
+def use(path: Path, ours: bool, compared: bool) -> str:
+    """Load a binary and step it; with magmotor, return what is wrong in all that reads a model."""
+    try:
+        loaded = mujoco.MjModel.from_binary_path(str(path))
+    except CLEAR:
+        return ""
     if not ours:
         data = mujoco.MjData(loaded)
         mujoco.mj_step(loaded, data, nstep=3)
-        return
-    with mm.magnetism(), contextlib.suppress(Exception):
-        data = mujoco.MjData(loaded)
-        mujoco.mj_step(loaded, data, nstep=3)
-    for function in (mm.describe, mm.check):
-        with contextlib.suppress(Exception):
-            function(loaded)
-    with contextlib.suppress(Exception):
-        mm.field(loaded, mujoco.MjData(loaded), [1.0, 2.0, 3.0])
+        return ""
+
+    def stepped() -> str:
+        with mm.magnetism():
+            data = mujoco.MjData(loaded)
+            data.qfrc_applied[:] = data.xfrc_applied[:] = 0  # a history may have overwritten them
+            mujoco.mj_forward(loaded, data)
+            found = wrong_forces(loaded, data) if compared else ""
+            mujoco.mj_step(loaded, data, nstep=3)
+        return found
+
+    calls = {
+        "step": stepped,
+        "describe": lambda: mm.describe(loaded) and "",
+        "check": lambda: mm.check(loaded) and "",
+        "field": lambda: len(mm.field(loaded, mujoco.MjData(loaded), [1.0, 2.0, 3.0])) * "",
+    }
+    wrong = []
+    for name, call in calls.items():
+        try:
+            said = call()
+        except CLEAR:
+            continue
+        except Exception as error:
+            said = f"{type(error).__name__}: {error}"
+        wrong += [f"{name}: {said}"] if said else []
+    return "; ".join(wrong)
 
 
 def serve(connection, folder: str, ours: bool) -> None:
-    """Fork a process for each binary that arrives; send the signal that ended it, or 0."""
+    """Fork a process for each binary; send the signal that ended it or 0, and what it said."""
     os.chdir(folder)
     null = os.open(os.devnull, os.O_RDWR)
     for stream in range(3):
@@ -225,13 +206,17 @@ def serve(connection, folder: str, ours: bool) -> None:
     warnings.simplefilter("ignore")
     libc = ctypes.CDLL(None)
     with contextlib.nullcontext() if ours else magmotor_plugin.without_code():
-        for plugin in (True, False) if ours else ():
-            sound = Path(folder) / f"sound{plugin}.mjb"
-            mujoco.mj_saveModel(model(plugin), str(sound), None)
-            use(sound, ours)  # before the fork, so that the children have the compiled code
+        verdict = Path(folder) / f"verdict{ours}"
+        for sound in (Sound(p, c) for p in (True, False) for c in (True, False)) if ours else ():
+            path = Path(folder) / "sound.mjb"
+            mujoco.mj_saveModel(sound.model, str(path), None)
+            # Before the fork, so that the children have the compiled code:
+            if said := use(path, ours, sound.compared):
+                raise AssertionError(f"the sound model is not: {said}")
         connection.send(None)
         while (job := connection.recv()) is not None:
-            path, fill = job
+            path, fill, compared = job
+            verdict.write_text("")
             child = os.fork()
             if child == 0:
                 resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
@@ -240,10 +225,11 @@ def serve(connection, folder: str, ours: bool) -> None:
                 if hasattr(libc, "mallopt"):
                     libc.mallopt(M_PERTURB, fill)
                 with contextlib.suppress(BaseException):
-                    use(path, ours)
+                    verdict.write_text(use(path, ours, compared))
                 os._exit(0)
             status = os.waitpid(child, 0)[1]
-            connection.send(os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0)
+            ended = os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
+            connection.send((ended, verdict.read_text()))
 
 
 def tried(mutations: Iterable[Mutation]) -> Iterator[Outcome]:
@@ -265,20 +251,23 @@ def tried(mutations: Iterable[Mutation]) -> Iterator[Outcome]:
                 path = Path(folder) / "damaged.mjb"
                 write(mutation, path)
                 for connection in connections:
-                    connection.send((path, 0))
-                ours, bare = (connection.recv() for connection in connections)
+                    connection.send((path, 0, mutation.sound.compared))
+                (ours, said), (bare, _) = (connection.recv() for connection in connections)
                 for fill in range(1, 1 + RETRIES):
                     if ours and not bare:
-                        connections[1].send((path, 77 * fill))
-                        bare = connections[1].recv()
-                yield Outcome(mutation, ours, bare)
+                        connections[1].send((path, 77 * fill, False))
+                        bare, _ = connections[1].recv()
+                yield Outcome(mutation, ours, bare, said)
         for connection, process in zip(connections, processes, strict=True):
             connection.send(None)
             process.join()
 
 
 def try_binaries(mutations: Iterable[Mutation], say: Callable = print) -> bool:
-    """Try damaged models and report the crashes; return whether none is ours."""
+    """Try damaged models, report crashes, wrong forces and raw errors; return whether none is ours.
+
+    What a model does that crashes without magmotor does not count.
+    """
     counts: Counter[str] = Counter()
     for outcome in tried(mutations):
         counts["tried"] += 1
@@ -287,14 +276,17 @@ def try_binaries(mutations: Iterable[Mutation], say: Callable = print) -> bool:
         if outcome.is_ours:
             counts["ours"] += 1
             say(f"binary {outcome.mutation}: {signal.Signals(outcome.ours).name}")
+        elif outcome.said and not outcome.bare:
+            counts["wrong"] += 1
+            say(f"binary {outcome.mutation}: {outcome.said}")
     say(
         f"{counts['tried']} damaged binaries: {counts['ours']} crashes with magmotor only,"
-        f" {counts['both']} with and without it, {counts['bare']} without it only"
+        f" {counts['both']} with and without it, {counts['bare']} without it only;"
+        f" {counts['wrong']} with wrong forces or raw errors"
     )
-    return counts["ours"] == 0
+    return counts["ours"] + counts["wrong"] == 0
 
 
 def mutations(count: int, seed: int) -> list[Mutation]:
-    """Return the directed mutations, and further ones up to a number of all."""
-    found = directed()[:count]
-    return found + [random(seed, number) for number in range(len(found), count)]
+    """Return the first mutations of a seed."""
+    return [mutation(seed, number) for number in range(count)]

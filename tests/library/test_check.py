@@ -310,6 +310,14 @@ def test_the_depth_is_what_mujoco_finds_for_a_tiny_sphere(shape):
     np.testing.assert_allclose(depths - nearer, 1e-3, rtol=0, atol=3e-15)  # 1e-16
 
 
+def test_a_mesh_without_data_has_no_depth():
+    """A damaged binary can have one; nothing is inside it."""
+    model = mujoco.MjModel.from_xml_string(PROBE.format('<geom size="0.1"/>'))
+    model.geom_type[0] = mujoco.mjtGeom.mjGEOM_MESH
+    depths, _ = depth_and_normal(model, mujoco.MjData(model), 0, np.zeros((1, 3)))
+    assert depths == -np.inf
+
+
 def depths_in(shape, points):
     model = mujoco.MjModel.from_xml_string(PROBE.format(shape))
     data = mujoco.MjData(model)

@@ -150,6 +150,22 @@ def test_layouts_that_are_too_strong_at_touch_are_found(shape, size, error, gap,
     assert strong == (max(stacked, beside) > 2 and not unfound)
 
 
+@pytest.mark.parametrize(("remanence", "width", "height", "ratio"), [
+    (1.3, 10, 5, 6.4), (0.2, 10, 5, 6.4),  # from sintered neodymium to bonded ferrite
+    (1.3, 22, 16, 1.54),  # inside plastic
+])  # fmt: skip
+def test_one_dipole_stands_for_a_geom_that_is_a_magnet_as_a_whole(remanence, width, height, ratio):
+    """A cuboid of 10 x 10 x 5 mm in a box; the force over the true one where boxes touch."""
+    magnet = mm.magnet("cuboid", (0.01, 0.01, 0.005), remanence=remanence)
+    half = 5e-4 * np.array([width, width, height])
+    geom = f'<geom type="box" size="{half[0]} {half[1]} {half[2]}"/>'
+    moment, offset = remanence / MU0 * np.prod(magnet.size), np.array([0, 0, 2 * half[2]])
+    force = 6e-7 * moment**2 / offset[2] ** 4
+    assert force / -force_of_cuboids(magnet, offset, 1)[2] == pytest.approx(ratio, rel=0.02)
+    found = str(mm.check(load(f'{geom}<site user="{moment}"/>')))
+    assert ("attract each other too strongly" in found) is (ratio > 2)
+
+
 def test_no_pose_in_which_faces_touch_has_a_stronger_force():
     """Random shifts and turns of faces of cuboids on one another."""
     generator, largest = np.random.default_rng(1), []

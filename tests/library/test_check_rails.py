@@ -38,9 +38,10 @@ IRON = """<custom><numeric name="steel" data="1000"/><tuple name="iron">
 <element objtype="geom" objname="far"/></tuple></custom>"""
 
 
-def springs(sign, joint=SLIDE, aside=0.0, acting="", more="", extra=""):
+def springs(sign, joint=SLIDE, aside=0.0, acting="", more="", extra="", mocap=False):
     """Two magnets that slide on one line, whose moments are parallel or opposed."""
-    bodies = BODY.format("a", "0 0 0", SLIDE, DISC, "a", 0, 1) + extra
+    bodies = BODY.format("a", "0 0 0", "" if mocap else SLIDE, DISC, "a", 0, 1) + extra
+    bodies = bodies.replace("<body", '<body mocap="true"') if mocap else bodies
     bodies += BODY.format("b", ".04 0 0", joint, DISC, "b", aside, sign)
     return mujoco.MjModel.from_xml_string(MODEL.format(bodies=bodies, acting=acting, more=more))
 
@@ -127,6 +128,7 @@ def test_a_negative_coupling_reverses_the_force():
     {"acting": " iron", "more": IRON,
      "extra": '<geom name="far" size=".001" pos="0 0 1" contype="0" conaffinity="0"/>'},
     {"aside": 0.009},  # they attract each other before they touch
+    {"mocap": True},  # a hand can turn it
 ])  # fmt: skip
 def test_magnets_that_can_attract_fail_as_before(change):
     assert "attract" in str(mm.check(springs(-1, **change)))
@@ -135,6 +137,35 @@ def test_magnets_that_can_attract_fail_as_before(change):
 def test_magnets_a_little_off_their_line_repel_too():
     """They touch, and penetrate, before their dipoles pass each other."""
     assert only_the_frequency(springs(-1, aside=0.001))
+
+
+@pytest.mark.filterwarnings("ignore:.*has sunk into")
+@pytest.mark.parametrize(("aside", "through"), [(0.001, False), (0.0035, True)])
+def test_a_soft_contact_lets_magnets_come_to_where_they_attract(aside, through):
+    """At 25 m/s, its distance falls below aside sqrt(3/2); both pairs repel until they touch."""
+    model = springs(-1, aside=aside)
+    place, other, _ = thrown(model, [12.5, -12.5], 1e-5)
+    assert bool(0.04 + other < place) is through
+    assert ("attract" in str(mm.check(model))) is through
+
+
+SIDE = """<geom type="cylinder" size=".01 .003" zaxis="1 0 0" pos="0 .03 0" density="7500"/>
+<site pos="0 .03 0" zaxis="-1 0 0" user="30"/>"""
+
+
+def test_magnets_that_attract_only_on_a_part_of_the_way_fail_as_before():
+    """They repel each other far away, and where they touch; a large one aside attracts between."""
+    bodies = BODY.format("a", "0 0 0", SLIDE, DISC, "a", 0, 1)
+    bodies += BODY.format("b", ".04 0 0", SLIDE, DISC + SIDE, "b", 0, -1)
+    bodies = bodies.replace('user="1.5"', 'user=".3"')
+    model = mujoco.MjModel.from_xml_string(MODEL.format(bodies=bodies, acting="", more=""))
+    data, forces = mujoco.MjData(model), []
+    for gap in (0.04, 0.015, 0.006):
+        data.qpos[1] = gap - 0.04
+        mujoco.mj_forward(model, data)
+        forces.append(data.qfrc_passive[1])
+    assert np.sign(forces).tolist() == [1, -1, 1]
+    assert "attract" in str(mm.check(model))
 
 
 def test_the_order_on_the_rail_and_of_the_bodies_does_not_matter():

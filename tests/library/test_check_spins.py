@@ -25,6 +25,7 @@ BODY = """
 FREE, BALL = "<freejoint/>", '<joint type="ball"/>'
 WHEEL = """<body name="wheel" pos="0 0 0.3"><joint axis="0 0 1"/>
 <inertial pos="0 0 0" mass="0.5" diaginertia="0.6 0.6 1.1"/><geom size="0.1"/></body>"""
+STIFF = '<body><joint damping="5000"/><geom size="0.1" mass="100"/></body>'
 GIMBALS = """
 <mujoco>
   <option gravity="0 0 0" integrator="{integrator}" timestep="{step}"/>
@@ -172,6 +173,31 @@ def test_bodies_that_tumble(inertia):
             assert rate < 0.1  # 0.08
 
 
+@pytest.mark.parametrize(("inertia", "duration"), [("1 1.3 1.8", 0.5), ("1 2 2.9", 0.3)])
+def test_spins_about_the_middle_axis_tumble(inertia, duration):
+    """The angular momentum grows although w x I w is nearly 0 at first."""
+    moments, spin = np.array(inertia.split(), float), 200 * np.array([1e-3, 1, 1e-3])
+    model = load(inertia=inertia)
+    found, data = unkept_spin(model, spinning(model, spin)), spinning(model, spin)
+    mujoco.mj_step(model, data, nstep=round(duration / model.opt.timestep))
+    growth = np.linalg.norm(moments * data.qvel[3:]) / np.linalg.norm(moments * spin)
+    assert found
+    assert found.rate == pytest.approx(np.log(growth) / duration, rel=0.5)  # 0.32
+
+
+@pytest.mark.parametrize("joint", [FREE, BALL])
+@pytest.mark.parametrize("integrator", ["Euler", "implicit", "implicitfast"])
+def test_bodies_that_tumble_at_long_timesteps(integrator, joint):
+    """They turn by 1 rad in a timestep; explicit methods let them speed up, others brake them."""
+    model = load(joint=joint, integrator=integrator, inertia="1 1.7 2", step=0.018)
+    moments, spin = np.array([1, 1.7, 2]), np.array([-36.8, 42, -21.7])
+    found, data = unkept_spin(model, spinning(model, spin)), spinning(model, spin)
+    mujoco.mj_step(model, data, nstep=10)
+    growth = np.linalg.norm(moments * data.qvel[-3:]) / np.linalg.norm(moments * spin)
+    assert found
+    assert found.rate == pytest.approx(np.log(growth) / 0.18, rel=0.5)  # 0.32
+
+
 @pytest.mark.parametrize(
     ("parts", "spin"),
     [
@@ -194,6 +220,19 @@ def test_spins_that_stay_are_no_finding(parts, spin):
     before = abs(data.qvel).max()
     mujoco.mj_step(model, data, nstep=3000)
     assert abs(data.qvel).max() < 1.01 * before
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("body_dofadr", 2), ("body_jntadr", 2), ("tree_dofadr", -1), ("tree_dofnum", 7)],
+)
+def test_a_model_whose_parts_are_not_in_order_is_an_error(field, value):
+    """MuJoCo's own functions, which take them as sorted, could crash."""
+    model = load(other=STIFF)
+    data = spinning(model, (0, 0, 50))
+    getattr(model, field)[0] = value
+    with pytest.raises(ValueError, match=field):
+        mm.check(model, data)
 
 
 def test_joints_that_move_alike_are_left_out():
@@ -248,9 +287,6 @@ def test_a_spinning_magnet_stays_upright_with_what_is_proposed():
     model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_EULER, 9.1e-6
     assert mm.check(model).findings == ()
     assert largest_tilt(model, 0.3) < 0.6  # 0.573
-
-
-STIFF = '<body><joint damping="5000"/><geom size="0.1" mass="100"/></body>'
 
 
 @pytest.mark.parametrize(

@@ -261,6 +261,16 @@ def test_what_only_a_magnetometer_feels(mark, custom, moment, warning, idle, plu
     assert data.sensordata.any() == bool(seen)
 
 
+def test_a_tuple_of_fields_that_do_not_act_may_name_another_numeric(capsys):
+    head = MARK.format("dipoles").replace(
+        "</custom>",
+        '<numeric name="other" data="1"/><tuple name="field">'
+        '<element objtype="numeric" objname="other"/></tuple></custom>',
+    )
+    _, text = described(PAIR.format(head=head), capsys)
+    assert "acting: dipoles" in text
+
+
 def test_fields_that_act_on_nothing():
     """Not because the mark names no dipoles: there are none."""
     model = mujoco.MjModel.from_xml_string(

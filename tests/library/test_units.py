@@ -341,7 +341,10 @@ def test_what_is_said_of_other_units_is_not_said_of_those_of_si(capsys):
     assert sentence.startswith("body 1 has the moment")
 
 
-@pytest.mark.parametrize(("density", "words"), [(7.5e-3, "lighter than air"), (7.5e6, "osmium")])
+@pytest.mark.parametrize(("density", "words"), [
+    (7.5e-3, "lighter than air"), (7.5e6, "osmium"),
+    (2.7e6, "osmium"),  # aluminum in m and g
+])  # fmt: skip
 def test_densities_of_no_matter_are_doubted(density, words):
     """Magnets in mm and g, and in m and g; one with the density of neodymium is not doubted."""
     text = BEADS.replace("magnetic_constant", "other").replace("1e4", "1").format(size="")

@@ -54,7 +54,7 @@ def fields(model: mujoco.MjModel) -> dict[str, str]:
     for _, elements in tuples(model, "field"):
         placed = [_place(model, *element) for element in elements if element[0] != NUMERIC]
         for kind, number, _ in elements:
-            if kind == NUMERIC:
+            if kind == NUMERIC and is_field(model, number):
                 found[given_name(model, "numeric", number)] += "".join(placed)
     return found
 

@@ -55,7 +55,7 @@ def depth_and_normal(
         normal = outward * flat[:, :1] + np.array([0, 0, 1]) * flat[:, 1:]
     elif kind == GEOM.mjGEOM_BOX:
         depth, normal = _boxed(local, size)
-    elif kind == GEOM.mjGEOM_MESH:
+    elif kind == GEOM.mjGEOM_MESH and model.geom_dataid[geom] >= 0:
         depth, normal = _hulled(model, model.geom_dataid[geom], local)
     else:
         depth, normal = np.full(len(local), NEVER), np.tile([0.0, 0, 1], (len(local), 1))
