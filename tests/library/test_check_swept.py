@@ -72,7 +72,7 @@ CASES = [
 @pytest.mark.parametrize(("bodies", "names", "number"), CASES)
 @pytest.mark.parametrize("start", [0, 1])
 def test_the_least_distance_within_limits(bodies, names, number, start):
-    """It is a lower bound, from any start, less sharp where four joints let magnets nearly touch."""
+    """It is a lower bound, from any start; rough where four joints let magnets nearly meet."""
     model, rng = load(bodies), np.random.default_rng(start)
     data = mujoco.MjData(model)
     data.qpos[:] = rng.uniform(*model.jnt_range.T) if start else 0

@@ -16,6 +16,7 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.checking.motion_findings import scattered
+from magmotor.mjcf.checking.order import require_order
 from magmotor.mjcf.describe import Description, described, elsewhere
 from magmotor.mjcf.idle import renamed
 from magmotor.mjcf.langevin.temperature import joined
@@ -161,6 +162,7 @@ def examined(
         return result
     check_number("timestep of the model", model.opt.timestep, above=0)
     acting_forces(model)  # an invalid model would crash MuJoCo's functions
+    require_order(model)
     tried, solref, integrator = copy.copy(model), {}, ""
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, since the findings say the same

@@ -17,7 +17,6 @@ from magmotor.mjcf.checking.motion_findings import (
     fast_magnets,
     unkept_spins,
 )
-from magmotor.mjcf.checking.order import require_order
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.declared import with_kind
@@ -31,7 +30,6 @@ from magmotor.mjcf.lookup import disabled, label
 def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     """Yield what will fail in a state, whose positions and contacts are up to date."""
     description = described(model)
-    require_order(model)
     pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
     yield from _idleness(model, description)
     yield from _skipped(model, description)
