@@ -1,5 +1,7 @@
 """Pieces of iron on different bodies that come so near that one dipole each does not suffice."""
 
+from typing import NamedTuple
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,15 @@ NEAR = 0.5
 """Gap of two pieces of iron, over the smaller radius, from which one dipole describes each."""
 
 
+class CloseIron(NamedTuple):
+    """Two geoms of iron that come too near each other."""
+
+    one: int
+    other: int
+    touch: bool
+    """Whether joints let them touch."""
+
+
 def strong_iron(model: mujoco.MjModel, magnets: list[Magnet]) -> NDArray[np.bool_]:
     """Return which geoms are pieces of iron that magnetize each other, as something does them."""
     strong = np.zeros(model.ngeom, bool)
@@ -33,7 +44,7 @@ def close_iron(
     strong: NDArray[np.bool_],
     reached: Array,
     held: Array,
-) -> tuple[int, int] | None:
+) -> CloseIron | None:
     """Return two pieces of iron of two magnets that come too near each other, if there are any.
 
     `reached` and `held` (n, m) are the distances from which joints, and contacts, keep the dipoles
@@ -48,11 +59,13 @@ def close_iron(
     first, second = (own[strong] for own, strong in zip(geoms, chosen, strict=True))
     outer = np.add.outer(model.geom_rbound[first], model.geom_rbound[second])
     inner = np.add.outer(_thickness(model, first), _thickness(model, second))
-    gaps = np.maximum(reached[grid] - outer, held[grid] - inner)
+    by_joints = reached[grid] - outer
+    gaps = np.maximum(by_joints, held[grid] - inner)
     gaps /= np.minimum.outer(model.geom_rbound[first], model.geom_rbound[second])
     gaps[_excluded(model, first, second)] = np.inf
     i, j = np.unravel_index(gaps.argmin(), gaps.shape)
-    return (int(first[i]), int(second[j])) if gaps[i, j] < NEAR else None
+    found = CloseIron(int(first[i]), int(second[j]), bool(by_joints[i, j] <= 0))
+    return found if gaps[i, j] < NEAR else None
 
 
 def _thickness(model: mujoco.MjModel, geoms: NDArray) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
-from magmotor.mjcf.checking.close_iron import close_iron, strong_iron
+from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
@@ -22,7 +22,7 @@ from magmotor.mjcf.checking.geoms import (
     touching_geoms,
 )
 from magmotor.mjcf.checking.groups import groups_of_pairs
-from magmotor.mjcf.checking.limits import softest_limit
+from magmotor.mjcf.checking.limits import SoftLimit, softest_limit
 from magmotor.mjcf.checking.rails import repel_on_rail
 from magmotor.mjcf.checking.reach import common_ancestor, reach
 from magmotor.mjcf.checking.side import Side
@@ -62,10 +62,10 @@ class Meeting(NamedTuple):
     """The coarsest spacing of dipoles where they touch."""
     wide: int
     """A geom of iron that reaches farther than dipoles come to its center, or -1."""
-    close_iron: tuple[int, int] | None
+    close_iron: CloseIron | None
     """Two geoms of iron that come too near each other for one dipole each."""
-    soft_limit: int
-    """A joint whose limit is too soft to keep them apart, or -1."""
+    soft_limit: SoftLimit | None
+    """A limit that is too soft to keep them apart."""
     exact: bool
     """Whether they reach the force of the approach."""
     repels: bool
@@ -127,16 +127,17 @@ def _meeting(
     else:
         apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     walls = limited_joints(model, one.body, other.body)
-    gaps, soft = _gaps(model, data, magnets, geoms, level, walls), -1
-    while walls and _keep_apart(gaps):
-        softest = softest_limit(model, data, magnets, walls, gaps, np.where(acts, factor, 0))
-        if softest < 0:
+    gaps, soft = _gaps(model, data, magnets, geoms, level, walls), None
+    bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
+    while walls and (room := _room(gaps, bare)) > 0:
+        found = softest_limit(model, data, magnets, walls, gaps[0], room, np.where(acts, factor, 0))
+        if not found:
             break
-        soft = softest
-        walls.remove(soft)
+        soft = found
+        walls.remove(soft.joint)
         gaps = _gaps(model, data, magnets, geoms, level, walls)
     of_dipoles, of_geoms = gaps
-    near = acts & (apart < COINCIDENCE) & (of_dipoles <= COINCIDENCE)
+    near = bare & (of_dipoles <= COINCIDENCE)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
     approach = spacing = linked = None
     wide = [_wide_pieces(model, *pair) for pair in ((other, one, held.T), (one, other, held))]
@@ -154,7 +155,7 @@ def _meeting(
             approach = closest_approach(sides, held, factor, masses)
     if approach:
         spacing = coarsest(sides, held)
-    kept = acts & (apart < COINCIDENCE) & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
+    kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
     if kept.any():
         linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
     elements = [each.elements[pieces] for each, pieces in zip(magnets, wide, strict=True)]
@@ -255,8 +256,12 @@ def _gaps(
     return found[0], found[1]
 
 
-def _keep_apart(gaps: tuple[Array, Array]) -> bool:
-    return min(gap.min(initial=np.inf) for gap in gaps) > 0
+def _room(gaps: tuple[Array, Array], bare: NDArray[np.bool_]) -> float:
+    """Return the distance that limits keep: of bare dipoles, or of geoms; 0 if they keep none."""
+    of_dipoles, of_geoms = gaps
+    geoms = of_geoms.min(initial=np.inf)
+    room = min(of_dipoles.min(), geoms) if geoms > 0 else of_dipoles[bare].min(initial=np.inf)
+    return float(room) if np.isfinite(room) else 0.0
 
 
 def _masses(

@@ -1,6 +1,7 @@
 """Whether limits of joints keep magnets apart: they are soft like contacts, with the same rule."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -21,15 +22,24 @@ from magmotor.mjcf.checking.strengths import Magnet
 HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 
 
+class SoftLimit(NamedTuple):
+    """A limit of a joint that does not keep magnets apart."""
+
+    joint: int
+    constant: float
+    """The longest time constant in s with which it does."""
+
+
 def softest_limit(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     magnets: tuple[Magnet, Magnet],
     joints: Sequence[int],
-    gaps: tuple[Array, Array],
+    distance: Array,
+    room: float,
     factor: Array,
-) -> int:
-    """Return the joint whose limit is the softest of those too soft to stop two magnets, or -1.
+) -> SoftLimit | None:
+    """Return the softest of the limits that are too soft to stop two magnets, if there are any.
 
     Each limit is judged as if the whole force of the magnets pushed against it, at the far end of a
     hinge's arm. Each may yield an equal share of the distance that they keep.
@@ -43,30 +53,32 @@ def softest_limit(
         Only the second one may be a plane.
     joints : sequence of int
         The slides and hinges that have limits.
-    gaps : tuple of ndarray
-        How near their dipoles and their geoms come to each other at least, in m, all above 0.
+    distance : ndarray, shape (n, m)
+        How near their dipoles come to each other at least, in m.
+    room : float
+        The distance in m that the limits must keep, above 0.
     factor : ndarray, shape (n, m)
         How strongly their dipoles act on one another.
     """
     one, other = magnets
-    distance, room = gaps[0], min(gap.min(initial=np.inf) for gap in gaps)
     if other.images:
         distance = distance + distance.T
     force, gradient = attraction(one, other, distance, factor)
     if not (0 < force < np.inf and 0 < gradient < np.inf):
-        return -1
-    shortest, excess = shortest_kept(model, float(model.opt.timestep)), {}
+        return None
+    shortest, excess, longest = shortest_kept(model, float(model.opt.timestep)), {}, {}
     for joint in joints:
         limit = softness_of(model.jnt_solref[joint], model.jnt_solimp[joint])
         mass = 1 / float(model.dof_invweight0[model.jnt_dofadr[joint]])
         if model.jnt_type[joint] == HINGE:
             mass /= max(_arm(model, data, joint, magnets) ** 2, 1e-300)
         way = Approach(4 * force / gradient, force, mass, mass, room / len(joints))
-        excess[joint] = limit.stiffness_time(shortest) / longest_time_constant(way, limit)
+        longest[joint] = longest_time_constant(way, limit)
+        excess[joint] = limit.stiffness_time(shortest) / longest[joint]
         if model.opt.timestep * SHORTEST > SLACK * limit.resolved_time(shortest):
             excess[joint] = np.inf
     softest = max(excess, key=lambda joint: excess[joint])
-    return softest if excess[softest] > 1 else -1
+    return SoftLimit(softest, longest[softest]) if excess[softest] > 1 else None
 
 
 def _arm(

@@ -13,7 +13,13 @@ from magmotor.mjcf.checking.contact_rule import SLACK
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.frequencies import frequency_at_touch, unstable_joints
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
-from magmotor.mjcf.checking.pair_findings import at_drive_1, names_of, too_soft, unless_limited
+from magmotor.mjcf.checking.pair_findings import (
+    at_drive_1,
+    names_of,
+    stiffer,
+    too_soft,
+    unless_limited,
+)
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.declared import can_move
 from magmotor.mjcf.describe import Description
@@ -107,7 +113,7 @@ def fast_magnets(
     if now:
         fastest = max(now, key=lambda body: (now[body], label(model, "body", body)))
         assumed = _assumed(model, state, fastest)
-        found.append((now[fastest], label(model, "body", fastest), 1, assumed))
+        found.append((now[fastest], label(model, "body", fastest), 1, assumed, None))
     for pair in pairs:
         nearest = " where their joints let them come nearest"
         nearest += unless_limited(model, pair) + too_soft(model, pair)
@@ -117,10 +123,16 @@ def fast_magnets(
                 known = max(now.get(magnet.body, 0) for magnet in pair.magnets)
                 where += at_drive_1(model, {magnet.unbounded for magnet in pair.magnets})
                 if approach is pair.approach or frequency > SLACK * known:
-                    found.append((frequency, names_of(model, pair), pair.number, where))
+                    limit = pair.soft_limit if approach is pair.linked else None
+                    found.append((frequency, names_of(model, pair), pair.number, where, limit))
     step = float(model.opt.timestep)
-    for frequency, name, number, where in found:
-        yield from _too_fast(step, frequency, name, number, where, *OF_DIPOLES)
+    for frequency, name, number, where, limit in found:
+        for failure in _too_fast(step, frequency, name, number, where, *OF_DIPOLES):
+            if limit:  # no timestep makes it stiffer
+                predicate, _, _ = failure.predicate.partition(";")
+                cured = f"{predicate}; {stiffer(model, limit)}"
+                failure = failure._replace(predicate=cured, timestep=math.inf)
+            yield failure
 
 
 def fast_joints(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:

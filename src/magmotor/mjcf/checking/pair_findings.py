@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from magmotor.mjcf.checking.close_iron import CloseIron
 from magmotor.mjcf.checking.closest_approach import Meeting
 from magmotor.mjcf.checking.contact_rule import (
     SHORTEST,
@@ -20,6 +21,7 @@ from magmotor.mjcf.checking.contact_rule import (
 )
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.impact import deepest_impact
+from magmotor.mjcf.checking.limits import SoftLimit
 from magmotor.mjcf.checking.reach import equality_is_between
 from magmotor.mjcf.checking.swept import turns_left_out
 from magmotor.mjcf.lookup import label
@@ -52,10 +54,12 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
         yield _close_iron(model, pair, pair.close_iron)
 
 
-def _close_iron(model: mujoco.MjModel, pair: Meeting, geoms: tuple[int, int]) -> Failure:
-    spheres = (model.geom_type[[*geoms]] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
-    can, remedy = "touch", "a margin keeps them apart"
-    if not len(pair.touching):
+def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failure:
+    geoms, can, remedy = [found.one, found.other], "touch", "a margin keeps them apart"
+    spheres = (model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
+    if not found.touch:
+        can, remedy = "come near each other", "keep them farther apart"
+    elif not len(pair.touching):
         can, remedy = "come near each other", "let them collide, with a margin"
     of_spheres = (
         ": at 2.1 radii, the true force of two equal spheres is 2.8 times that of the model"
@@ -74,13 +78,14 @@ def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
     why = "a dipole is on or outside the surface of its body's colliding geoms"
     if not len(pair.touching):
         why = "no geoms of theirs collide"
-    if pair.soft_limit >= 0:
-        why += f" and the limit of {label(model, 'joint', pair.soft_limit)} is too soft"
+    remedy = "let geoms that enclose the dipoles collide"
+    if pair.soft_limit:
+        why += f" and the limit of {label(model, 'joint', pair.soft_limit.joint)} is too soft"
+        remedy = f"{stiffer(model, pair.soft_limit)}, or {remedy}"
     where = "a dipole is in the plane of iron" if _has_plane(pair) else "their dipoles coincide"
     return Failure(
         names_of(model, pair),
-        f"can come so near that {where}{unless_limited(model, pair)}, since {why}; enclose the"
-        " dipoles in geoms that collide",
+        f"can come so near that {where}{unless_limited(model, pair)}, since {why}; {remedy}",
         pair.number,
     )
 
@@ -146,9 +151,16 @@ def _assumed(model: mujoco.MjModel, pair: Meeting) -> str:
 
 def too_soft(model: mujoco.MjModel, pair: Meeting) -> str:
     """Say which limit is too soft, if one is."""
-    joint = pair.soft_limit
-    name = label(model, "joint", joint) if joint >= 0 else ""
+    name = label(model, "joint", pair.soft_limit.joint) if pair.soft_limit else ""
     return f" (the limit of {name} is too soft to keep them apart)" * bool(name)
+
+
+def stiffer(model: mujoco.MjModel, limit: SoftLimit) -> str:
+    """Say how stiff a limit must be, and which timestep that needs."""
+    constant, joint = rounded_down(limit.constant), label(model, "joint", limit.joint)
+    half = rounded_down(constant / SHORTEST)
+    said = f'give {joint} solreflimit="{constant:g} 1"'
+    return said + f" and take a timestep of at most {half:g} s" * (model.opt.timestep > half)
 
 
 def at_drive_1(model: mujoco.MjModel, actuators: set[int]) -> str:
