@@ -1,5 +1,7 @@
 """`check` in states where no force is defined, and the names that it gives to elements."""
 
+import warnings
+
 import mujoco
 import numpy as np
 import pytest
@@ -478,14 +480,92 @@ def test_magnets_that_are_absurdly_far_from_each_other(parts, found):
 
 @pytest.mark.parametrize(
     ("height", "custom", "noted"),
-    [(90, EARTH, False), (110, EARTH, True), (110, "", False), (110, EARTH + OWN_UNITS, False)],
+    [(9, EARTH, False), (11, EARTH, True), (11, "", False), (11, EARTH + OWN_UNITS, False)],
 )
 def test_magnets_that_only_feel_a_field_are_a_note(height, custom, noted):
     """The needle's radius is 0.01 m."""
     model = mujoco.MjModel.from_xml_string(
         UNITS.format(height=height, custom=custom, moment=0.5, size=0.005, iron='size="0.1"')
     )
-    notes = [note for note in mm.check(model).notes if note.startswith("magnets do not feel")]
-    said = "such as body 'needle' with a radius of 0.01 m, 110 m away from the nearest one"
-    doubt = f"magnets do not feel each other, {said}: are all lengths in meters?"
+    notes = [note for note in mm.check(model).notes if note.startswith("magnets hardly feel")]
+    said = "such as body 'needle' with a radius of 0.01 m, 11 m away from the nearest one"
+    doubt = f"magnets hardly feel each other, {said}: are all lengths in meters?"
     assert notes == [doubt] * noted
+
+
+SWING = """
+<mujoco>
+  <option gravity="0 0 0" integrator="{integrator}"/>
+  <custom><text name="magmotor" data="dipoles fields"/>
+    <numeric name="field" data="{field} 0 0"/>{driven}</custom>
+  <worldbody>
+    <body name="ball"><joint axis="0 0 1"/><geom size=".005" density="7500"/>
+      <site name="site" zaxis="1 0 0" user=".5"/></body>
+  </worldbody>
+  {more}
+</mujoco>"""
+DRIVEN = """<tuple name="field"><element objtype="numeric" objname="field"/>
+<element objtype="actuator" objname="current"/></tuple>"""
+
+
+def swing(omega_h, integrator="Euler", driven="", more=""):
+    """A ball in a field in which omega h is a number, at a timestep of 2 ms."""
+    inertia = 0.4 * 7500 * 4 / 3 * np.pi * 0.005**5
+    text = SWING.format(field=(omega_h / 2e-3) ** 2 * inertia / 0.5, integrator=integrator,
+                        driven=driven, more=more)  # fmt: skip
+    return mujoco.MjModel.from_xml_string(text)
+
+
+@pytest.mark.parametrize(
+    ("omega_h", "integrator", "noted"),
+    [(0.8, "Euler", False), (1.2, "Euler", True), (1.2, "implicitfast", True), (1.2, "RK4", False)],
+)
+def test_wide_swings_that_gain_energy_are_a_note(omega_h, integrator, noted):
+    """From 168 degrees, over 10,000 steps; the speed is at most 2 omega sin(84 degrees)."""
+    model = swing(omega_h, integrator)
+    notes = [note for note in mm.check(model).notes if "wide ones" in note]
+    assert (
+        notes
+        == [
+            f"body 'ball' has omega h = {omega_h:.3g} at most: small swings are stable up to 2, but wide"
+            " ones that nothing damps gain energy from about 1 on"
+        ]
+        * noted
+    )
+    data, fastest = mujoco.MjData(model), 0.0
+    data.qpos[0] = np.radians(168)
+    with mm.magnetism(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # that the ball turns far in a step
+        for _ in range(10_000):
+            mujoco.mj_step(model, data)
+            fastest = max(fastest, abs(data.qvel[0]))
+    excess = fastest / (2 * omega_h / 2e-3 * np.sin(np.radians(84)))
+    assert excess > 5 if noted else excess < 1.1
+
+
+def test_a_drive_that_nothing_bounds_is_a_note():
+    def notes(more):
+        actuator = f'<actuator><general name="current" site="site" gainprm="0" {more}/></actuator>'
+        found = mm.check(swing(0.5, driven=DRIVEN, more=actuator)).notes
+        return [note for note in found if note.startswith("actuator 'current' has no limits")]
+
+    assert len(notes("")) == 1
+    assert notes('ctrlrange="-1 1"') == []
+
+
+def test_magnets_that_overlap_in_a_keyframe():
+    model = mujoco.MjModel.from_xml_string("""
+    <mujoco>
+      <custom><text name="magmotor" data="dipoles"/></custom>
+      <worldbody>
+        <body name="a"><geom name="one" size=".01"/><site user="1e-6"/></body>
+        <body pos=".1 0 0"><joint type="slide" axis="1 0 0"/>
+          <geom name="other" size=".01"/><site user="1e-6"/></body>
+      </worldbody>
+      <keyframe><key qpos="0"/><key qpos="-.085" name="near"/></keyframe>
+    </mujoco>""")
+    (finding,) = mm.check(model).findings
+    assert finding == (
+        "geom 'one' and geom 'other' of magnets overlap by 0.005 m in keyframe 'near'; move them"
+        " apart"
+    )

@@ -711,6 +711,11 @@ LINES = {
         ("not acting: numeric 'a_field', since only names that start with field count"
         " (MjSpec.attach adds a prefix)"),
     ),
+    "a prefix of a coil": (
+        [f"</worldbody><custom><tuple name='a_coil'>{WORLD}</tuple></custom><worldbody>"],
+        ("not acting: tuple 'a_coil', since only names that start with coil count (MjSpec.attach"
+        " adds a prefix), so that its sites are permanent magnets"),
+    ),
     "another case": (
         [f"</worldbody><custom><tuple name='Iron'>{WORLD}</tuple></custom><worldbody>"],
         "not acting: tuple 'Iron', since only names that start with iron count",

@@ -427,8 +427,8 @@ def test_a_force_in_xfrc_applied_that_is_overwritten_is_named_once(act, integrat
         warnings.simplefilter("always")
         act(model, data)
         act(model, data)
-    assert [str(each.message).partition(" has no effect")[0] for each in caught] == [
-        "the force that was set in xfrc_applied of body 'box'"
+    assert [str(each.message).partition(": it sets")[0] for each in caught] == [
+        "magnetism() has overwritten the force that was set in xfrc_applied of body 'box'"
     ]
 
 

@@ -131,7 +131,8 @@ def renamed(model: mujoco.MjModel) -> Iterator[str]:
                 attached = f"/{prefix}" in name or f"_{prefix}" in name
                 if attached or name.casefold().startswith(prefix):
                     only = f"names that start with {prefix} count"
-                    yield f"{kind} {name!r}, since only {only}{ATTACHED * attached}"
+                    then = ", so that its sites are permanent magnets" * (prefix == "coil")
+                    yield f"{kind} {name!r}, since only {only}{ATTACHED * attached}{then}"
     for k in range(model.nnumeric):
         name = name_of(model, "numeric", k)
         attached = [known for known in NUMERICS if name.endswith((f"/{known}", f"_{known}"))]

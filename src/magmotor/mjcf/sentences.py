@@ -80,11 +80,11 @@ _OF_NOTICES = {
         " are too near; mm.check(model) proposes a timestep and contacts that hold"
     ),
     OVERWRITTEN: (
-        "the force that was set in xfrc_applied of body {} has no effect, since magnetism() sets"
-        " this row at the start of each step (between mj_step1 and mj_step2, it acts, but in place"
-        " of the magnetic force unless it was added to it); set qfrc_applied (mm.apply_perturbation"
-        " does, for the viewer's mouse), or let the plugin magmotor.forces act, which leaves"
-        " xfrc_applied to you"
+        "magnetism() has overwritten the force that was set in xfrc_applied of body {}: it sets"
+        " this row at the start of each step, so that a force has an effect only if it is set"
+        " between mj_step1 and mj_step2, and added to what is there; set qfrc_applied"
+        " (mm.apply_perturbation does, for the viewer's mouse), or let the plugin magmotor.forces"
+        " act, which leaves xfrc_applied to you"
     ),
     NOT_A_MARK: (
         "text {} does not say what acts, " + ONLY_NAME + " (MjSpec.attach adds prefixes to names)"
@@ -209,7 +209,7 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
         lambda number, name, body, of_body, details: (
             f"{_dipole(number, name, bool(details[0]))} is below the plane of iron (on body"
             f" {body} {of_body!r}), where mirror images do not give the field; mm.check(model)"
-            " proposes contacts that keep it above"
+            " says what keeps it above"
         )
     ),
     errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),

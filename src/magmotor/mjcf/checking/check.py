@@ -13,9 +13,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.findings import Failure, failures
-from magmotor.mjcf.checking.motion_findings import scattered
 from magmotor.mjcf.checking.order import require_order
 from magmotor.mjcf.describe import Description, described, elsewhere
 from magmotor.mjcf.idle import renamed
@@ -64,8 +62,9 @@ class Check:
     units : tuple of str
         What the units in these sentences stand for, if the model's are not those of SI.
     notes : tuple of str
-        Where the forces do not act, which is no failure inside `magnetism()`; distances that are
-        probably in other units; and spins that are not judged, since the model does not tell them.
+        Where the forces do not act, which is no failure inside `magnetism()`; and doubts, such as
+        distances that are probably in other units, and what is not judged, such as spins that the
+        model does not tell.
     """
 
     findings: tuple[str, ...]
@@ -167,7 +166,8 @@ def examined(
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, since the findings say the same
         state, description = _state(model, data), described(model)
-        first = found = [*failures(tried, state)]
+        found = [*failures(tried, state)]
+        first, doubts = ([each for each in found if each.note is kind] for kind in (False, True))
         for _ in range(ROUNDS):  # since one proposal may need another
             step, constants = tried.opt.timestep, _proposed(found)
             tried.opt.timestep = min([step, *(failure.timestep for failure in found)])
@@ -179,14 +179,12 @@ def examined(
             if not (constants or chosen or tried.opt.timestep < step):
                 break
             found = [*failures(tried, _state(tried, data))]
-        unknown = [*unknown_spins(model, state)] if description.acting else []
-        doubts = [*scattered(model, state)] if {*description.acting} - {"dipoles"} else []
     timestep = float(tried.opt.timestep)
     done, settings = "set" if fix else "proposed", []
     if solref:
         ends = sorted({min(solref.values())[0], max(solref.values())[0]})
-        shown = " to ".join(f'solref="{constant:g} 1"' for constant in ends)
-        settings.append(f"{done}: {shown} of {_listed([*solref])}")
+        shown = " up to ".join(f'"{constant:g} 1"' for constant in ends)
+        settings.append(f"{done}: solref={shown} of {_listed([*solref])}")
     if timestep < model.opt.timestep:
         settings.append(f"{done}: timestep {timestep:g} s")
     if integrator:
@@ -205,8 +203,7 @@ def examined(
         units=own_units(model),
         notes=(
             *(f"not acting: {each}" for each in _idle(model, description)),
-            *doubts,
-            *(f"spins {each} are not judged: put them in a keyframe" for each in unknown),
+            *_merged(doubts),
         ),
     )
 

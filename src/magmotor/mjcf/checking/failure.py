@@ -24,6 +24,8 @@ class Failure(NamedTuple):
     """What has the parameters of these contacts: name and numbers."""
     integrator: str = ""
     """The integrator without it, if that is the cheaper remedy."""
+    note: bool = False
+    """Whether it is a doubt, and no failure."""
 
 
 def rounded_down(value: float) -> float:

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
+from magmotor.mjcf.checking.applied_fields import unbounded_drives
 from magmotor.mjcf.checking.closest_approach import meetings
 from magmotor.mjcf.checking.contact_rule import SUNK
+from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.frequencies import frequencies
 from magmotor.mjcf.checking.iron_findings import long_pieces, rows_of_iron
@@ -15,7 +17,9 @@ from magmotor.mjcf.checking.motion_findings import (
     far_magnets,
     fast_joints,
     fast_magnets,
+    scattered,
     unkept_spins,
+    wide_swings,
 )
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
@@ -24,7 +28,7 @@ from magmotor.mjcf.describe import Description, described, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.idle import SKIPPED
 from magmotor.mjcf.langevin.temperature import MATCH
-from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.lookup import disabled, given_name, label
 
 
 def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
@@ -35,7 +39,8 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     yield from _skipped(model, description)
     yield from _huge(description)
     yield from misplaced
-    yield from _overlaps(model, state)
+    for where, each in _states(model, state):
+        yield from _overlaps(model, each, where)
     yield from rows_of_iron(model, state)
     yield from long_pieces(model, state) if not misplaced else ()
     for pair in pairs:
@@ -46,6 +51,41 @@ def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     yield from fast_joints(model, state)
     yield from unkept_spins(model, state)
     yield from _noise(description)
+    if description.acting:
+        yield from _doubts(model, state, description, now)
+
+
+def _doubts(
+    model: mujoco.MjModel, state: mujoco.MjData, found: Description, now: dict[int, float]
+) -> Iterator[Failure]:
+    """Yield notes of what may be wrong, and of what the model does not tell."""
+    yield from wide_swings(model, now)
+    if {*found.acting} - {"dipoles"}:
+        yield from scattered(model, state)
+    for spin in unknown_spins(model, state):
+        yield Failure("spins", f"{spin} are not judged: give a keyframe with the spin", note=True)
+    drives = {magnet.unbounded for magnet in magnets_of(model, state)}
+    for magnet in magnets_of(model, state):
+        drives |= unbounded_drives(model, state, magnet.body)
+    for actuator in sorted(drives - {-1}):
+        yield Failure(
+            label(model, "actuator", actuator),
+            "has no limits, so that all of this is for drives up to 1; a ctrlrange says more",
+            note=True,
+        )
+
+
+def _states(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[tuple[str, mujoco.MjData]]:
+    """Yield the state, and those of keyframes elsewhere, and how a sentence names them."""
+    yield "at the start", state
+    for k in range(model.nkey):
+        if (model.key_qpos[k] != state.qpos).any() and np.isfinite(model.key_qpos[k]).all():
+            data = mujoco.MjData(model)
+            data.qpos[:] = model.key_qpos[k]
+            data.mocap_pos[:] = model.key_mpos[k].reshape(-1, 3)
+            data.mocap_quat[:] = model.key_mquat[k].reshape(-1, 4)
+            mujoco.mj_fwdPosition(model, data)
+            yield f"in keyframe {given_name(model, 'key', k) or k!r}", data
 
 
 def _idleness(model: mujoco.MjModel, found: Description) -> Iterator[Failure]:
@@ -77,7 +117,7 @@ def _misplaced(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]
         yield Failure(str(error), "(in the state given)")
 
 
-def _overlaps(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+def _overlaps(model: mujoco.MjModel, state: mujoco.MjData, where: str) -> Iterator[Failure]:
     """Yield geoms of magnets that overlap by more than contacts should allow."""
     magnets = magnets_of(model, state)
     bodies = [magnet.body for magnet in magnets if not magnet.images]
@@ -92,7 +132,7 @@ def _overlaps(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
         if -contact.dist > SUNK * radii[radii > 0].min():
             names = " and ".join(label(model, "geom", geom) for geom in geoms)
             yield Failure(
-                names, f"of magnets overlap by {-contact.dist:.2g} m at the start; move them apart"
+                names, f"of magnets overlap by {-contact.dist:.2g} m {where}; move them apart"
             )
 
 

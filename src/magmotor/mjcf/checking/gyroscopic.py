@@ -59,6 +59,8 @@ class Spin(NamedTuple):
     where: str
     rate: float
     """Of the growth, in 1/s; negative if the wobble decays, but should not."""
+    tumbles: bool
+    """Whether its angular momentum grows as it tumbles, rather than a wobble."""
     number: int
     """Number of trees of bodies whose spin is not kept in this state."""
     timestep: float
@@ -102,7 +104,8 @@ def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
         data.qpos[:], data.qvel[:] = qpos, qvel
         driven = verb == DRIVEN
         trees = [tree for tree in _trees(probe, data, step, driven) if tree.turns]
-        rates = np.array([_growth(tree, step, long, int(probe.opt.integrator)) for tree in trees])
+        grown = [_growth(tree, step, long, int(probe.opt.integrator)) for tree in trees]
+        rates = np.array([rate for rate, _ in grown])
         if abs(rates).max(initial=0) <= max(1 / long, abs(worst.rate) if worst else 0.0):
             continue
         fastest = abs(rates).argmax()
@@ -116,6 +119,7 @@ def unkept_spin(model: mujoco.MjModel, state: mujoco.MjData) -> Spin | None:
             verb=verb,
             where=where,
             rate=float(rates[fastest]),
+            tumbles=grown[fastest][1],
             number=int((abs(rates) > 1 / long).sum()),
             timestep=steps[0],
             of_rk4=steps[1],
@@ -175,10 +179,11 @@ def _trees(model: mujoco.MjModel, data: mujoco.MjData, step: float, driven: bool
     return found
 
 
-def _growth(tree: Tree, step: float, long: float, integrator: int) -> float:
+def _growth(tree: Tree, step: float, long: float, integrator: int) -> tuple[float, bool]:
     """Return the rate in 1/s at which the integrator, not the motion itself, lets a wobble grow.
 
-    It is negative where the integrator damps a wobble.
+    It is negative where the integrator damps a wobble. The second result is whether it is the rate
+    of the angular momentum of a body that tumbles.
     """
     matrix = tree.matrix
     found = np.linalg.eig(matrix)
@@ -197,7 +202,9 @@ def _growth(tree: Tree, step: float, long: float, integrator: int) -> float:
         tumbling = TUMBLING * speeds.real.max() ** 2
         frequencies = np.array([tumbling, _energy_growth(tree)])
         rates = np.append(rates, lasts * step / 2 * frequencies)
-    return float(rates.max() if rates.max() > -loss else loss)
+    if rates.max() <= -loss:
+        return float(loss), False
+    return float(rates.max()), bool(rates.argmax() >= len(errors) and speeds.real.max() > 1 / long)
 
 
 def _lasting(tree: Tree, long: float) -> float:
@@ -243,7 +250,7 @@ def _longest_step(
     for _ in range(TRIES):
         trees = _trees(model, data, longest, driven)
         trees = [tree for tree in trees if tree.turns or integrator == RK4]
-        excess = long * max(abs(_growth(tree, longest, long, integrator)) for tree in trees)
+        excess = long * max(abs(_growth(tree, longest, long, integrator)[0]) for tree in trees)
         if integrator == RK4:
             spinning = [np.linalg.eigvals(tree.matrix) for tree in trees if tree.turns]
             product = longest * float(abs(np.concatenate(spinning)).max())
