@@ -524,14 +524,8 @@ def test_wide_swings_that_gain_energy_are_a_note(omega_h, integrator, noted):
     """From 168 degrees, over 10,000 steps; the speed is at most 2 omega sin(84 degrees)."""
     model = swing(omega_h, integrator)
     notes = [note for note in mm.check(model).notes if "wide ones" in note]
-    assert (
-        notes
-        == [
-            f"body 'ball' has omega h = {omega_h:.3g} at most: small swings are stable up to 2, but wide"
-            " ones that nothing damps gain energy from about 1 on"
-        ]
-        * noted
-    )
+    said = f"body 'ball' has omega h = {omega_h:.3g} at most: small swings are stable up to 2, but"
+    assert notes == [f"{said} wide ones that nothing damps gain energy from about 1 on"] * noted
     data, fastest = mujoco.MjData(model), 0.0
     data.qpos[0] = np.radians(168)
     with mm.magnetism(), warnings.catch_warnings():

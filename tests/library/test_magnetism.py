@@ -478,6 +478,31 @@ def restore_after_forward(model, data):
         mujoco.mj_step(model, data)
 
 
+def restore_twice(model, data):
+    spec = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    state = np.empty(mujoco.mj_stateSize(model, spec))
+    for _ in range(3):
+        mujoco.mj_step(model, data)
+        mujoco.mj_getState(model, data, state, spec)
+        mujoco.mj_step(model, data, nstep=2)
+        for _ in range(3):
+            mujoco.mj_setState(model, data, state, spec)
+            mujoco.mj_step(model, data)
+
+
+def load_checkpoints(model, data):
+    spec = int(mujoco.mjtState.mjSTATE_FULLPHYSICS | mujoco.mjtState.mjSTATE_USER)
+    state = np.empty(mujoco.mj_stateSize(model, spec))
+    for _ in range(3):
+        mujoco.mj_step(model, data, nstep=5)
+        mujoco.mj_getState(model, data, state, spec)
+        other = mujoco.MjData(model)
+        for each in (other, data):
+            mujoco.mj_resetData(model, each)
+            mujoco.mj_setState(model, each, state, spec)
+            mujoco.mj_step(model, each)
+
+
 def share_data(model, _data):
     batch = mujoco.batch.Batch(model, 5, 2)
     batch.qpos[:, 7] += np.arange(5) / 10
@@ -513,6 +538,8 @@ def evaluate_and_reset(model, data):
         copy_data,
         restore_states,
         restore_after_forward,
+        restore_twice,
+        load_checkpoints,
         share_data,
         pull_by_our_own_function,
         evaluate_and_reset,

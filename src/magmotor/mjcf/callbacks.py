@@ -201,7 +201,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             _clear(memory.numbers(wrenches, m[offsets.nbody // 8], 6))
             _mark_failed(model, data, offsets, stage)
             return
-        note_ours(m, d, offsets, stage)
+        note_ours(m, d, offsets)
         if kinds & UNMARKED and is_at_start(data, offsets):
             warn_of_misnamed(m, offsets)
         if acting > 0:

@@ -1,8 +1,8 @@
 """Which wrenches that a user has set in `xfrc_applied` the callback overwrites.
 
 In `notes` of mjData, it keeps the time, and for each body a checksum of its wrench: one that has
-changed since, and is overwritten, was set by the user. Two sums of them tell states that come back:
-of the wrenches as they are left, and as they were when the time was another one.
+changed since, and is overwritten, was set by the user. A sum of the checksums tells a state that
+comes back with the wrenches that were in it.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -15,9 +15,12 @@ from magmotor.mjcf.reports import warn_of_overwritten
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
-TIME, START, BEFORE, NOW, FIRST = 0, 1, 2, 3, 3
-"""Numbers of notes: the time, a checksum of the accelerations with which the solver started, two
-sums of checksums of wrenches, and the number before that of body 1."""
+TIME, START, FOUND, FIRST = 0, 1, 2, 2
+"""Numbers of notes: the time, a checksum of the accelerations with which the solver started, the
+sum of the checksums of the wrenches that came with this state, and the number before body 1's."""
+
+CLOSE = 1.5
+"""Time from one evaluation to the next, in timesteps, above which a state was loaded between."""
 
 WEIGHTS = tuple(int(memory.MULTIPLIER) * k % 2**62 | 1 for k in range(1, 7))
 """Odd numbers by which the words of a wrench enter its checksum."""
@@ -52,37 +55,32 @@ def note_others(m, d, offsets):
         found = _checksum(wrenches, body)
         total += found
         notes[FIRST + body] = found if found != notes[FIRST + body] else 0
-    if total == notes[BEFORE]:  # a state that comes back brings the wrenches that were left in it
+    if not _stays(m, d, offsets):
+        notes[FOUND] = total
+    elif total == notes[FOUND]:  # a state that comes back brings the wrenches that were in it
         for body in range(1, len(notes) - FIRST):
             notes[FIRST + body] = 0
 
 
 @subroutine
-def note_ours(m, d, offsets, later_stage):
+def note_ours(m, d, offsets):
     """Note the checksum of each wrench, and report a body whose noted wrench was overwritten."""
     notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
-    time = memory.words(d.ctypes.data + offsets.time, 1)[0]
-    lost, total = 0, 0
+    lost = 0
     for body in range(1, len(notes) - FIRST):
         left = _checksum(wrenches, body)
-        total += left
         if notes[FIRST + body] != 0 and notes[FIRST + body] != left:
             lost = body
         notes[FIRST + body] = left
-    start = _start(m, d, offsets)
-    stays = time == notes[TIME] and start == notes[START]  # as after mj_forward
-    if lost > 0 and (stays or (time >= notes[TIME] and _continues(m, d, offsets))):
+    if lost > 0 and (_stays(m, d, offsets) or _continues(m, d, offsets)):
         warn_of_overwritten(lost, m.ctypes.data)
-    if time != notes[TIME]:
-        notes[BEFORE] = notes[NOW]
-    if later_stage:  # the state at the end of the step keeps these wrenches
-        notes[BEFORE] = total
-    notes[NOW], notes[TIME], notes[START] = total, time, start
+    notes[TIME] = memory.words(d.ctypes.data + offsets.time, 1)[0]
+    notes[START] = _start(m, d, offsets)
 
 
 @subroutine
 def _notes(m, d, offsets):
-    """Return the words of mjData for notes; those of bodies follow the four of all."""
+    """Return the words of mjData for notes; those of bodies follow the three of all."""
     count = min(FIRST + m[offsets.nbody // 8], layout.NOTES)
     return memory.words(d.ctypes.data + offsets.notes, count)
 
@@ -95,6 +93,13 @@ def _checksum(wrenches, body):
     for k in range(6):
         total += words[k] * WEIGHTS[k]
     return total
+
+
+@subroutine
+def _stays(m, d, offsets):
+    """Whether the state is the one noted, as after `mj_forward`."""
+    notes, time = _notes(m, d, offsets), memory.words(d.ctypes.data + offsets.time, 1)[0]
+    return time == notes[TIME] and _start(m, d, offsets) == notes[START]
 
 
 @subroutine
@@ -113,6 +118,12 @@ def _continues(m, d, offsets):
 
     MuJoCo keeps the accelerations of that step: RK4 those of the last stage, before contacts.
     """
+    notes = _notes(m, d, offsets)
+    before = memory.numbers(notes.ctypes.data, 1, 1)[0, 0]
+    elapsed = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0] - before
+    timestep = memory.numbers(m.ctypes.data + offsets.timestep, 1, 1)[0, 0]
+    if elapsed < 0.0 or elapsed > CLOSE * timestep:
+        return False
     nv = m[offsets.nv // 8]
     kept = memory.words(d[offsets.qacc_warmstart // 8], nv)
     found = memory.words(d[offsets.qacc // 8], nv)

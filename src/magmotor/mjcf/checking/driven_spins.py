@@ -2,15 +2,22 @@
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.strengths import Magnet, largest_drive, magnets_of
+from magmotor.mjcf.checking.strengths import (
+    FOLLOWING,
+    Magnet,
+    largest_drive,
+    magnets_of,
+)
 from magmotor.mjcf.forces.marks import COILS, FIELDS
 from magmotor.mjcf.lookup import control_of, disabled, label
 
@@ -22,14 +29,19 @@ TURNING = [
 ]
 """How actuators act whose torque on a rotor does not change as it turns."""
 
+FIXED = int(mujoco.mjtGain.mjGAIN_FIXED)
+NO_BIAS, AFFINE = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
+
+FAST = 1e10
+"""Speed in rad/s at which MuJoCo resets a state; what exceeds it is not damped."""
+
 ACROSS = 0.1
 """Part of a moment across the axis of its turns from which other magnets may follow it."""
 
 
 def driven_velocities(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[tuple[str, Array]]:
     """Yield why something may turn, and velocities with what actuators or other magnets turn."""
-    torques, damping = _torques(model, state)
-    speeds = np.divide(torques, damping, out=np.zeros(model.nv), where=damping > 0)
+    speeds = np.nan_to_num(_speeds(model, state))
     driven = np.where(speeds != 0, speeds, state.qvel)
     if speeds.any():
         yield " as its actuators can turn it", driven.copy()
@@ -51,11 +63,11 @@ def driven_velocities(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[t
 
 def unknown_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[str]:
     """Yield what can turn bodies at a speed that the model does not tell."""
-    magnets, (torques, damping) = magnets_of(model, state), _torques(model, state)
+    magnets = magnets_of(model, state)
     trees = model.body_treeid[[magnet.body for magnet in magnets]]
-    undamped = model.dof_bodyid[(torques > 0) & (damping <= 0) & np.isin(model.dof_treeid, trees)]
-    for body in dict.fromkeys(undamped.tolist()):
-        yield f"of {label(model, 'body', body)}, which actuators turn and nothing damps,"
+    unknown = np.isnan(_speeds(model, state)) & np.isin(model.dof_treeid, trees)
+    for body in dict.fromkeys(model.dof_bodyid[unknown].tolist()):
+        yield f"of {label(model, 'body', body)}, whose speed under its actuators is unknown,"
     kinds, turners = acting_forces(model), set()
     for word, bit in (("field", FIELDS), ("coil", COILS)):
         for _, elements in declared.tuples(model, word) if kinds & bit else ():
@@ -71,40 +83,88 @@ def _follows(model: mujoco.MjModel, magnet: Magnet) -> bool:
     return bool(magnet.strengths.any() and joint >= 0 and model.jnt_type[joint] in (FREE, BALL))
 
 
-def _torques(model: mujoco.MjModel, state: mujoco.MjData) -> tuple[Array, Array]:
-    """Return the largest torques of actuators on rotors, 0 elsewhere, and all dofs' damping.
+class Motor(NamedTuple):
+    """What an actuator does to a degree of freedom at the speed v: gear times push - slope v."""
 
-    A rotor is a body on which no other joint hangs, and which turns without limits.
+    gear: float
+    push: float
+    slope: float
+    largest: float
+    """Largest force."""
+
+    def torque(self, speed: float) -> float:
+        """Return the torque at a speed."""
+        force = self.push - self.slope * self.gear * speed
+        return self.gear * max(-self.largest, min(self.largest, force))
+
+
+def _speeds(model: mujoco.MjModel, state: mujoco.MjData) -> Array:
+    """Return the speeds at which damping balances the largest torques on rotors, 0 for others.
+
+    They are NaN where the model does not tell them.
     """
-    torques, damping, rotors = np.zeros(model.nv), model.dof_damping.copy(), _rotors(model)
-    own = getattr(model, "actuator_damping", np.zeros(model.nu))
-    acts = np.isin(model.actuator_trntype, TURNING)
-    acts &= model.actuator_gaintype == int(mujoco.mjtGain.mjGAIN_FIXED)
-    moments = np.zeros((len(acts), model.nv))
-    if len(acts):
+    speeds, motors = np.zeros(model.nv), [[] for _ in range(model.nv)]
+    moments = np.zeros((len(model.actuator_trntype), model.nv))
+    if len(moments):
         mujoco.mju_sparse2dense(
             moments, state.actuator_moment, state.moment_rownnz, state.moment_rowadr,
             state.moment_colind,
         )  # fmt: skip
-    for actuator in np.flatnonzero(acts & (not disabled(model, "actuation"))).tolist():
-        constant, position, velocity = model.actuator_biasprm[actuator, :3].tolist()
-        moment = np.where(rotors, moments[actuator], 0)
-        if position or not moment.any():
-            continue
-        largest = largest_drive(model, actuator)
-        if largest == math.inf:
-            control = control_of(model, actuator)
-            given = np.append(model.key_ctrl[:, control], state.ctrl[control])
-            largest = abs(given).max()
-        force = abs(model.actuator_gainprm[actuator, 0]) * largest + abs(constant)
-        if model.actuator_forcelimited[actuator]:
-            force = min(force, abs(model.actuator_forcerange[actuator]).max())
-        torques += abs(moment) * force
-        damping -= moment**2 * velocity
-        if own[actuator]:  # on joints only; MuJoCo takes one gear for all axes of a ball joint
+    moments *= _rotors(model) * _acts(model)[:, np.newaxis]
+    for actuator, dof in np.argwhere(moments).tolist():
+        motors[dof].append(_motor(model, state, actuator, abs(float(moments[actuator, dof]))))
+    damping = _damping(model)
+    for dof, own in enumerate(motors):
+        joint = int(model.dof_jntid[dof])
+        most = abs(model.jnt_actfrcrange[joint]).max() if model.jnt_actfrclimited[joint] else np.inf
+
+        def excess(speed: float, dof: int = dof, most: float = most) -> float:
+            """Return the torque minus friction and damping, which falls with the speed."""
+            torque = min(most, sum(motor.torque(speed) for motor in motors[dof] if motor))
+            return torque - float(model.dof_frictionloss[dof]) - damping[dof] * speed
+
+        if None in own or (own and excess(FAST) > 0):
+            speeds[dof] = np.nan
+        elif own and excess(0.0) > 0:
+            speeds[dof] = brentq(excess, 0.0, FAST, xtol=1e-300)
+    return speeds
+
+
+def _acts(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Return which actuators turn rotors by a torque of their own."""
+    groups = np.clip(model.actuator_group, 0, 30)
+    enabled = (model.opt.disableactuator >> groups & 1) == 0
+    return np.isin(model.actuator_trntype, TURNING) & enabled & (not disabled(model, "actuation"))
+
+
+def _motor(model: mujoco.MjModel, state: mujoco.MjData, actuator: int, gear: float) -> Motor | None:
+    """Return the motor with the largest control; None if that is unknown, or how it depends."""
+    gain, bias = int(model.actuator_gaintype[actuator]), int(model.actuator_biastype[actuator])
+    constant, position, velocity = model.actuator_biasprm[actuator, :3].tolist()
+    if bias == NO_BIAS:
+        constant = position = velocity = 0.0
+    largest, follows = largest_drive(model, actuator), model.actuator_dyntype[actuator] in FOLLOWING
+    if largest == math.inf and follows:
+        control = control_of(model, actuator)
+        largest = abs(np.append(model.key_ctrl[:, control], state.ctrl[control])).max() or math.inf
+    if position and bias == AFFINE:  # a servo that holds an angle
+        return Motor(gear, 0.0, 0.0, 0.0)
+    if gain != FIXED or bias not in (NO_BIAS, AFFINE) or largest == math.inf:
+        return None
+    limited = model.actuator_forcelimited[actuator]
+    most = abs(model.actuator_forcerange[actuator]).max() if limited else math.inf
+    push = abs(model.actuator_gainprm[actuator, 0]) * float(largest) + abs(constant)
+    return Motor(gear, push, -velocity, float(most))
+
+
+def _damping(model: mujoco.MjModel) -> Array:
+    """Return the damping of each degree of freedom, by joints and by actuators of MuJoCo 4."""
+    damping = model.dof_damping.copy()
+    for actuator, own in enumerate(getattr(model, "actuator_damping", ())):
+        if own and model.actuator_trntype[actuator] in TURNING[:2]:
             damped = model.dof_jntid == model.actuator_trnid[actuator, 0]
-            damping += np.where(damped, model.actuator_gear[actuator, 0] ** 2 * own[actuator], 0)
-    return torques, damping
+            damping[damped] += model.actuator_gear[actuator, 0] ** 2 * own  # one gear for all axes
+    return damping
 
 
 def _rotors(model: mujoco.MjModel) -> NDArray[np.bool_]:
@@ -113,7 +173,8 @@ def _rotors(model: mujoco.MjModel) -> NDArray[np.bool_]:
     for joint, kind in enumerate(model.jnt_type.tolist()):
         first = int(model.jnt_dofadr[joint])
         end = first + {HINGE: 1, BALL: 3, FREE: 6}.get(kind, 0)
-        if end > first and not model.jnt_limited[joint] and end - 1 not in model.dof_parentid:
+        held = model.jnt_limited[joint] or model.jnt_stiffness[joint]
+        if end > first and not held and end - 1 not in model.dof_parentid:
             rotors[max(first, end - 3) : end] = True
     return rotors
 

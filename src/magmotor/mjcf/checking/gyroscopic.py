@@ -230,7 +230,10 @@ def _energy_growth(tree: Tree) -> float:
     )
     half, spin = (tree.matrix @ tree.velocities)[turn] / 2, tree.velocities[turn]
     energy = spin @ own @ spin
-    return float(half @ own @ half / energy) if energy > 0 else 0.0
+    if energy <= 0:
+        return 0.0
+    half = half - spin * (spin @ own @ half) / energy  # damping; gyroscopic forces do no work
+    return float(half @ own @ half / energy)
 
 
 def _longest_step(
