@@ -463,3 +463,32 @@ def test_magnets_in_fields_that_turn_are_a_note(kind, y):
     assert [note for note in found if note.startswith("spins")] == [
         f"{said}: give a keyframe with the spin"
     ] * turning
+
+
+def test_a_stiff_servo_that_turns_a_disk_slowly_is_no_finding():
+    """Its damping of the spin is no wobble."""
+    servo = 'joint="joint" gear="0 0 1" biastype="affine" biasprm="0 0 -1e-4" gainprm="1e-4"'
+    text = TURNED.format(integrator="Euler", step=2e-3, kind="ball", damping=1e-6, axis="0 0 1",
+                         acts=servo, range='ctrlrange="-.01 .01"')  # fmt: skip
+    assert mm.check(mujoco.MjModel.from_xml_string(text)).findings == ()
+
+
+@pytest.mark.parametrize(
+    "actuator",
+    ['motor joint="joint" gear="0 0 2e-4"',
+     'general joint="joint" gear="0 0 2e-4" dyntype="integrator" ctrlrange="-1 1"',
+     'general joint="joint" gear="0 0 2e-4" gaintype="affine" gainprm="1 0 -1"'],
+)  # fmt: skip
+def test_a_speed_that_the_model_does_not_tell_is_a_note(actuator):
+    text = TURNED.format(integrator="RK4", step=2e-3, kind="ball", damping=1e-6, axis="0 0 1",
+                         acts="", range="")  # fmt: skip
+    text = text.replace("<general  />", f"<{actuator}/>").replace('<key ctrl="-1"/>', "")
+    _, *found = mm.check(mujoco.MjModel.from_xml_string(text)).notes
+    said = "spins of body 'disk', whose speed under its actuators is unknown, are not judged"
+    assert found == [f"{said}: give a keyframe with the spin"]
+
+
+def test_what_euler_lets_grow_of_a_body_that_tumbles():
+    model = load(inertia="1 1.3 1.8", step=5e-3)
+    (finding,) = mm.check(model, spinning(model, (0, 60, 0))).findings
+    assert "its angular momentum, as it tumbles, grows by a factor of e" in finding

@@ -725,8 +725,8 @@ LINES = {
         "not acting: numeric 'Magnetic_Constants', since only the name magnetic_constant counts",
     ),
     "an abbreviation": (
-        [declared("<numeric name='magnetic_tol' data='1'/>")],
-        "not acting: numeric 'magnetic_tol', since only the name magnetic_tolerance counts",
+        [declared("<numeric name='magnetic_const' data='1'/>")],
+        "not acting: numeric 'magnetic_const', since only the name magnetic_constant counts",
     ),
     "a prefix of a constant": (
         [declared("<numeric name='arm_magnetic_constant' data='1'/>")],
@@ -745,6 +745,15 @@ LINES = {
         'not acting: sites without user numbers (a dipole has user="MOMENT", in A m^2)',
     ),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name", ["Field_of_view", "Ironing", "electromagnetic_constant", "magnetic_distance"]
+)
+def test_a_name_that_only_resembles_another_is_not_mentioned(name, capsys):
+    numeric = declared(f"<numeric name='{name}' data='1'/>")
+    _, text = described(marked(body(SITE), body(SITE), numeric), capsys)
+    assert name not in text
 
 
 @pytest.mark.parametrize("name", LINES)

@@ -106,3 +106,11 @@ def test_spheres_of_one_body_that_touch_are_magnetized_too_weakly(distance, chi,
     assert [each.startswith(f"{said} weakly") for each in mm.check(model).findings] == [
         True
     ] * found
+
+
+def test_a_small_sphere_beside_a_large_one_changes_little():
+    """A hundredth as wide, it has a millionth of the moment."""
+    small = '<geom name="other" size="0.0001" pos="0 0 0.0101"/>'
+    model, _ = iron(f'<body><freejoint/><geom name="piece" size="0.01"/>{small}</body>',
+                    "0 0 0.02", "1000", "piece other")  # fmt: skip
+    assert mm.check(model).findings == ()

@@ -1,6 +1,7 @@
 """What a model declares that does not act, and why."""
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator, Sequence
 
 import mujoco
@@ -26,7 +27,7 @@ PREFIXES = ("coupling", "field", "coil", "iron")
 NUMERICS = ("magnetic_tolerance", "magnetic_constant")
 """Names of numerics that declare something, besides fields."""
 
-ALIKE = 0.8
+ALIKE = 0.9
 """Similarity of names, at most 1, from which one is probably meant as the other."""
 
 ATTACHED = " (MjSpec.attach adds a prefix)"
@@ -129,7 +130,8 @@ def renamed(model: mujoco.MjModel) -> Iterator[str]:
             name = name_of(model, kind, k)
             for prefix in () if name.startswith(prefixes) else prefixes:
                 attached = f"/{prefix}" in name or f"_{prefix}" in name
-                if attached or name.casefold().startswith(prefix):
+                slip = re.fullmatch(rf"{prefix}s?[ _-]?\d*", name, re.IGNORECASE)
+                if attached or slip:
                     only = f"names that start with {prefix} count"
                     then = ", so that its sites are permanent magnets" * (prefix == "coil")
                     yield f"{kind} {name!r}, since only {only}{ATTACHED * attached}{then}"

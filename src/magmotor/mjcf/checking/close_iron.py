@@ -26,7 +26,7 @@ class CloseIron(NamedTuple):
     one: int
     other: int
     touch: bool
-    """Whether joints let them touch."""
+    """Whether joints surely let them touch; else, the bound of their gap is too small."""
 
 
 def strong_iron(model: mujoco.MjModel, magnets: list[Magnet]) -> NDArray[np.bool_]:
@@ -59,12 +59,12 @@ def close_iron(
     first, second = (own[strong] for own, strong in zip(geoms, chosen, strict=True))
     outer = np.add.outer(model.geom_rbound[first], model.geom_rbound[second])
     inner = np.add.outer(_thickness(model, first), _thickness(model, second))
-    by_joints = reached[grid] - outer
-    gaps = np.maximum(by_joints, held[grid] - inner)
+    gaps = np.maximum(reached[grid] - outer, held[grid] - inner)
     gaps /= np.minimum.outer(model.geom_rbound[first], model.geom_rbound[second])
     gaps[_excluded(model, first, second)] = np.inf
     i, j = np.unravel_index(gaps.argmin(), gaps.shape)
-    found = CloseIron(int(first[i]), int(second[j]), bool(by_joints[i, j] <= 0))
+    touch = bool(reached[grid][i, j] <= inner[i, j])
+    found = CloseIron(int(first[i]), int(second[j]), touch)
     return found if gaps[i, j] < NEAR else None
 
 

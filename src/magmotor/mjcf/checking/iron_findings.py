@@ -19,6 +19,9 @@ ROW_OF_SPHERES, ROW = 2, 4
 """Number of pieces of iron in a row from which the force is wrong: spheres, and others, such as
 cubes, by 1.3 times."""
 
+ALIKE = 0.2
+"""Radius of a piece over that of another one from which it changes the moments of both."""
+
 BENT = 0.3
 """Largest part of the force on a slender piece of weak iron in an applied field that may err."""
 
@@ -42,7 +45,9 @@ def _rows(
     touching = np.zeros((len(geoms), len(geoms)))
     places, radii = state.geom_xpos[geoms], model.geom_rbound[geoms]
     apart = np.linalg.norm(places[:, np.newaxis] - places, axis=2)
-    for i, j in np.argwhere(np.triu(apart < 1.1 * np.add.outer(radii, radii), 1)).tolist():
+    alike = np.minimum.outer(radii, radii) > ALIKE * np.maximum.outer(radii, radii)
+    close = alike & (apart < 1.1 * np.add.outer(radii, radii))
+    for i, j in np.argwhere(np.triu(close, 1)).tolist():
         one, other = geoms[i], geoms[j]
         near = float(SUNK * model.geom_rbound[[one, other]].min())
         touching[i, j] = mujoco.mj_geomDistance(model, state, one, other, near, None) < near

@@ -16,6 +16,7 @@ from magmotor.mjcf.checking.contact_rule import (
     shortest_kept,
     softness_of,
 )
+from magmotor.mjcf.checking.failure import rounded_down
 from magmotor.mjcf.checking.reach import joints_between
 from magmotor.mjcf.checking.strengths import Magnet
 
@@ -28,6 +29,8 @@ class SoftLimit(NamedTuple):
     joint: int
     constant: float
     """The longest time constant in s with which it does."""
+    timestep: float
+    """The longest timestep in s with that."""
 
 
 def softest_limit(
@@ -78,7 +81,11 @@ def softest_limit(
         if model.opt.timestep * SHORTEST > SLACK * limit.resolved_time(shortest):
             excess[joint] = np.inf
     softest = max(excess, key=lambda joint: excess[joint])
-    return SoftLimit(softest, longest[softest]) if excess[softest] > 1 else None
+    if excess[softest] <= 1:
+        return None
+    constant = rounded_down(longest[softest])
+    stiff = softness_of(np.array([constant, 1.0]), model.jnt_solimp[softest])
+    return SoftLimit(softest, constant, rounded_down(stiff.resolved_time(0.0) / SHORTEST))
 
 
 def _arm(

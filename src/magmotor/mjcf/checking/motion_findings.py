@@ -53,7 +53,7 @@ STAGES = 4
 def far_magnets(
     model: mujoco.MjModel, now: dict[int, float], state: mujoco.MjData, found: Description
 ) -> Iterator[Failure]:
-    """Yield at most one failure: that lengths seem to be in other units than meters."""
+    """Yield at most one failure, or note in a field: that lengths seem to be in other units."""
     slow = SLOW / float(model.opt.timestep)
     if declares_units(model) or not now or not all(0 < each < slow for each in now.values()):
         return
@@ -74,6 +74,7 @@ def far_magnets(
             f" {magnet.strengths.max():.3g} A m^2 and a radius of {size:.3g} m; are all lengths in"
             " meters?",
             len(now),
+            note="fields" in found.acting,
         )
 
 

@@ -55,12 +55,12 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
 
 
 def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failure:
-    geoms, can, remedy = [found.one, found.other], "touch", "a margin keeps them apart"
+    geoms, can, remedy = [found.one, found.other], "can touch", "a margin keeps them apart"
     spheres = (model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
     if not found.touch:
-        can, remedy = "come near each other", "keep them farther apart"
+        can, remedy = "may come near each other", "keep them farther apart"
     elif not len(pair.touching):
-        can, remedy = "come near each other", "let them collide, with a margin"
+        can, remedy = "can come near each other", "let them collide, with a margin"
     of_spheres = (
         ": at 2.1 radii, the true force of two equal spheres is 2.8 times that of the model"
         " along the field, and 0.75 times across it; with a margin of a quarter of the radius"
@@ -68,7 +68,7 @@ def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failu
     )
     return Failure(
         " and ".join(label(model, "geom", geom) for geom in geoms),
-        f"are pieces of iron that can {can}, where one dipole each does not describe them;"
+        f"are pieces of iron that {can}, where one dipole each does not describe them;"
         f" {remedy}{of_spheres * bool(spheres)}",
         pair.number,
     )
@@ -157,10 +157,9 @@ def too_soft(model: mujoco.MjModel, pair: Meeting) -> str:
 
 def stiffer(model: mujoco.MjModel, limit: SoftLimit) -> str:
     """Say how stiff a limit must be, and which timestep that needs."""
-    constant, joint = rounded_down(limit.constant), label(model, "joint", limit.joint)
-    half = rounded_down(constant / SHORTEST)
-    said = f'give {joint} solreflimit="{constant:g} 1"'
-    return said + f" and take a timestep of at most {half:g} s" * (model.opt.timestep > half)
+    said = f'give {label(model, "joint", limit.joint)} solreflimit="{limit.constant:g} 1"'
+    shorter = model.opt.timestep > limit.timestep
+    return said + f" and take a timestep of at most {limit.timestep:g} s" * shorter
 
 
 def at_drive_1(model: mujoco.MjModel, actuators: set[int]) -> str:

@@ -23,7 +23,7 @@ MOST_JOINTS = 4
 FIRST = {1: 16, 2: 8, 3: 4, 4: 4}
 """Number of cells along each joint at first, by the number of joints."""
 
-MOST_DISTANCES, HALVINGS = 100_000, 30
+MOST_DISTANCES, HALVINGS = 60_000, 30
 """Largest number of distances that are computed at a time, and of halvings of cells."""
 
 PRECISION = 0.02
@@ -76,8 +76,15 @@ def swept_gaps(
 ) -> Array:
     """Return lower bounds (n, m) of the distances of points (n, 3) and (m, 3) of two bodies.
 
-    With a normal, they are those along it, of the first points above the second.
+    With a normal, they are those along it, of the first points above the second. Of many points,
+    the bounds are those of spheres around all points of a body.
     """
+    if len(points[0]) * len(points[1]) * FIRST[len(joints)] ** len(joints) > MOST_DISTANCES:
+        centers = [own.mean(axis=0, keepdims=True) for own in points]
+        least = swept_gaps(model, data, joints, walls, bodies, centers, normal)
+        radii = [np.linalg.norm(own - center, axis=1).max()
+                 for own, center in zip(points, centers, strict=True)]  # fmt: skip
+        return np.full((len(points[0]), len(points[1])), least[0, 0] - sum(radii))
     ranges = np.array([_range(model, data, j, j in walls) for j in joints])
     sides = [[joints.index(j) for j in _above(model, body, joints)] for body in bodies]
     width = (ranges[:, 1] - ranges[:, 0]) / FIRST[len(joints)]
