@@ -184,7 +184,7 @@ LATCH = """
 def test_a_limit_is_judged_although_geoms_collide_that_do_not_enclose_the_dipoles():
     """With the proposed solreflimit, the door stays slow; with MuJoCo's, it passes the latch."""
     said = "the limit of joint 'hinge' is too soft"
-    speeds, limit = [], 'solreflimit=".02 1"'
+    speeds, limit, findings = [], 'solreflimit=".02 1"', ()
     for _ in range(2):
         model = mujoco.MjModel.from_xml_string(
             MODEL.replace("1e-4", "2e-3").format(LATCH.format(limit))
