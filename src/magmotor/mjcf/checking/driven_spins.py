@@ -123,10 +123,12 @@ def _speeds(model: mujoco.MjModel, state: mujoco.MjData) -> Array:
             torque = min(most, sum(motor.torque(speed) for motor in motors[dof] if motor))
             return torque - float(model.dof_frictionloss[dof]) - damping[dof] * speed
 
-        if None in own or (own and excess(FAST) > 0):
+        if None in own:
             speeds[dof] = np.nan
         elif own and excess(0.0) > 0:
-            speeds[dof] = brentq(excess, 0.0, FAST, xtol=1e-300)
+            bounded = math.isfinite(excess(0.0)) and excess(FAST) < 0
+            root = brentq(excess, 0.0, FAST, xtol=1e-300, maxiter=1000) if bounded else np.nan
+            speeds[dof] = root
     return speeds
 
 
