@@ -312,7 +312,8 @@ ROTOR = """
   <custom><text name="magmotor" data="dipoles {kinds}"/>{custom}</custom>
   <worldbody>
     <body name="rotor" pos="0 0 0.1">
-      <joint name="axle" damping="1e-4"/><geom size="0.01"/><site zaxis="{axis}" user="{moment}"/>
+      <joint name="axle" damping="1e-4" {limit}/><geom size="0.01"/>
+      <site zaxis="{axis}" user="{moment}"/>{child}
     </body>
     <body name="disk">
       {joint}<geom type="cylinder" size="0.014 0.003" density="7500"/>
@@ -340,13 +341,16 @@ TWO_MOTORS = 'ctrlrange="-0.5 0.5"/><motor joint="axle" gear="-2e-2" ctrlrange="
         ({"flag": '<flag clampctrl="disable"/>'}, None),
         ({"moment": 0, "kinds": "fields", "custom": OWNED}, 200),
         ({"axis": "0 0 1"}, None),
+        ({"axis": "1 0 2"}, 200),
+        ({"limit": 'range="-90 90"'}, None),
+        ({"child": '<body><joint axis="1 0 0"/><geom size="0.01"/></body>'}, None),
         ({"joint": '<joint axis="0 0 1"/>'}, None),
         ({"range": 'ctrlrange="-0.01 0.01"'}, None),
     ],
 )
 def test_magnets_that_follow_what_an_actuator_turns(parts, speed):
     text = {"kinds": "", "custom": "", "axis": "1 0 0", "moment": 1e-3, "joint": FREE,
-            "range": 'ctrlrange="-1 1"', "flag": ""} | parts  # fmt: skip
+            "range": 'ctrlrange="-1 1"', "flag": "", "limit": "", "child": ""} | parts  # fmt: skip
     model = mujoco.MjModel.from_xml_string(ROTOR.format(**text))
     found = [each for each in mm.check(model).findings if "wobble" in each]
     assert len(found) == (speed is not None)
@@ -492,3 +496,13 @@ def test_what_euler_lets_grow_of_a_body_that_tumbles():
     model = load(inertia="1 1.3 1.8", step=5e-3)
     (finding,) = mm.check(model, spinning(model, (0, 60, 0))).findings
     assert "its angular momentum, as it tumbles, grows by a factor of e" in finding
+
+
+def test_the_control_of_the_state_counts_where_nothing_limits_it():
+    text = {"kinds": "", "custom": "", "axis": "1 0 0", "moment": 1e-3, "joint": FREE, "flag": "",
+            "range": "", "limit": "", "child": ""}  # fmt: skip
+    model = mujoco.MjModel.from_xml_string(ROTOR.format(**text))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = -0.5
+    assert mm.check(model).findings == ()
+    assert "can spin at 100 rad/s" in mm.check(model, data).findings[0]
