@@ -99,6 +99,36 @@ def test_the_least_distance_within_limits(bodies, names, number, start):
     assert (ratio > (0.1 if ratio.size > 1 else 0.95)).all()  # 0.17 and 0.98
 
 
+SLIDE = 'type="slide" axis="1 0 0" range="0 .2"'
+TURN_AND_SLIDE = """
+<body><joint axis="0 0 1" range="{0}"/><geom/>
+  <body pos=".1 0 0"><joint {1}/><geom pos=".05 0 0"/>
+    <site name="hand" pos=".05 0 0" user=".05"/></body></body>
+<body name="part" pos="{2}"><geom/><site name="part" user=".05"/></body>"""
+
+
+@pytest.mark.parametrize(
+    ("bodies", "least"),
+    [
+        # The second hinge has no limits: folded back, it reaches 0.05 m from the first one.
+        (TURN_AND_SLIDE.format("-5 5", 'axis="0 0 1"', ".04 0 0"), 0.01),
+        # The slide reaches from 0.15 to 0.35 m.
+        (TURN_AND_SLIDE.format("-5 5", SLIDE, ".4 0 0"), 0.05),
+        (TURN_AND_SLIDE.format("-5 5", SLIDE, ".31 0 .02"), 0.02),
+    ],
+)
+def test_hinges_without_limits_and_slides(bodies, least):
+    model = load(bodies)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    one, other = model.site_bodyid.tolist()
+    walls = limited_joints(model, one, other)
+    points = [data.site_xpos[[k]] for k in range(2)]
+    joints = swept_joints(model, one, other, walls)
+    found = swept_gaps(model, data, joints, walls, (one, other), points)[0, 0]
+    assert 0.97 * least < found <= least  # 0.98
+
+
 @pytest.mark.parametrize("height", [0.02, -0.02])
 def test_the_least_height_above_a_plane(height):
     """The hand's lowest place is at the largest pitch, fully extended: analytic."""
