@@ -434,6 +434,16 @@ def test_iron_in_chains_that_fold(place, collides, found):
     assert [each.startswith(said) for each in mm.check(model).findings] == [True] * bool(found)
 
 
+@pytest.mark.parametrize(("place", "found"), [(0.032, True), (0.033, False)])
+def test_iron_whose_end_is_near_other_iron(place, found):
+    """The end of the capsule is 0.025 m from its center, and so 2 or 3 mm from the ball."""
+    capsule = 'type="capsule" size="0.005 0.02" zaxis="1 0 0"'
+    text = SPHERES.format(chi=1000, margin=0, joint=HINGE, place=place, geom=capsule, more="")
+    said = "geom 'one' and geom 'other' are pieces of iron that may come near each other, where"
+    findings = mm.check(mujoco.MjModel.from_xml_string(text)).findings
+    assert [each.startswith(said) for each in findings] == [True] * found
+
+
 UNITS = """
 <mujoco>
   <custom><text name="magmotor" data="dipoles fields iron"/>{custom}</custom>
