@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
+from magmotor.mjcf.checking.close_iron import NEAR
 from magmotor.mjcf.checking.geoms import bounding_radii
 from magmotor.mjcf.checking.reach import reach
 from magmotor.mjcf.checking.strengths import Magnet
@@ -58,6 +59,8 @@ def _bound(
     if len(geoms):
         away = np.linalg.norm(data.geom_xpos[geoms] - origin, axis=1)
         size = max(size, (away + bounding_radii(model, geoms)).max())
+    iron = magnet.elements[magnet.responses > 0] - model.nsite
+    size += NEAR / 2 * model.geom_rbound[iron].max(initial=0)  # which is near before it touches
     return found.centers[0], found.links[0].room, float(found.radii[0] + size)
 
 
