@@ -323,6 +323,8 @@ ROTOR = """
   <actuator><general joint="axle" gear="2e-2" {range}/></actuator>
 </mujoco>
 """
+ROTOR_PARTS = dict.fromkeys(("kinds", "custom", "flag", "range", "limit", "child"), "")
+ROTOR_PARTS |= {"axis": "1 0 0", "moment": 1e-3, "joint": FREE}
 OWNED = """<numeric name="field" data="1e-3 0 0"/><tuple name="field">
 <element objtype="numeric" objname="field"/><element objtype="body" objname="rotor"/></tuple>"""
 TWO_MOTORS = 'ctrlrange="-0.5 0.5"/><motor joint="axle" gear="-2e-2" ctrlrange="-0.5 0.5"'
@@ -349,8 +351,7 @@ TWO_MOTORS = 'ctrlrange="-0.5 0.5"/><motor joint="axle" gear="-2e-2" ctrlrange="
     ],
 )
 def test_magnets_that_follow_what_an_actuator_turns(parts, speed):
-    text = {"kinds": "", "custom": "", "axis": "1 0 0", "moment": 1e-3, "joint": FREE,
-            "range": 'ctrlrange="-1 1"', "flag": "", "limit": "", "child": ""} | parts  # fmt: skip
+    text = ROTOR_PARTS | {"range": 'ctrlrange="-1 1"'} | parts
     model = mujoco.MjModel.from_xml_string(ROTOR.format(**text))
     found = [each for each in mm.check(model).findings if "wobble" in each]
     assert len(found) == (speed is not None)
@@ -499,9 +500,7 @@ def test_what_euler_lets_grow_of_a_body_that_tumbles():
 
 
 def test_the_control_of_the_state_counts_where_nothing_limits_it():
-    text = {"kinds": "", "custom": "", "axis": "1 0 0", "moment": 1e-3, "joint": FREE, "flag": "",
-            "range": "", "limit": "", "child": ""}  # fmt: skip
-    model = mujoco.MjModel.from_xml_string(ROTOR.format(**text))
+    model = mujoco.MjModel.from_xml_string(ROTOR.format(**ROTOR_PARTS))
     data = mujoco.MjData(model)
     data.ctrl[:] = -0.5
     assert mm.check(model).findings == ()

@@ -351,7 +351,7 @@ def test_a_driven_field_without_limits_is_taken_at_1_whatever_its_control():
         )
 
 
-SPHERES = """
+TWO_PIECES = """
 <mujoco>
   <custom>
     <text name="magmotor" data="iron fields"/><numeric name="steel" data="{chi}"/>
@@ -359,6 +359,10 @@ SPHERES = """
     <tuple name="iron"><element objtype="numeric" objname="steel"/>
       <element objtype="geom" objname="one"/><element objtype="geom" objname="other"/></tuple>
   </custom>
+"""
+SPHERES = (
+    TWO_PIECES
+    + """\
   <default><geom margin="{margin}"/></default>
   <worldbody>
     <body name="one">{joint}<geom name="one" size="0.005"/></body>
@@ -366,6 +370,7 @@ SPHERES = """
   </worldbody>
   {more}
 </mujoco>"""
+)
 HINGE, SLIDE = '<joint axis="1 0 0"/>', '<joint type="slide" axis="1 0 0"/>'
 EXCLUDED = '<contact><exclude body1="one" body2="other"/></contact>'
 INSIDE_SHELL = 'size="0.005" contype="0" conaffinity="0"/><geom size="{}e-2"'
@@ -402,14 +407,9 @@ def test_iron_that_can_touch_other_iron(parts, found):
     assert [" 2.8 times " in each for each in findings] == ["capsule" not in text["geom"]] * found
 
 
-CHAIN = """
-<mujoco>
-  <custom>
-    <text name="magmotor" data="iron fields"/><numeric name="steel" data="1000"/>
-    <numeric name="field" data="0 0 0.02"/>
-    <tuple name="iron"><element objtype="numeric" objname="steel"/>
-      <element objtype="geom" objname="one"/><element objtype="geom" objname="other"/></tuple>
-  </custom>
+CHAIN = (
+    TWO_PIECES
+    + """\
   <default><joint axis="0 1 0"/><geom size="0.005" {collides}/></default>
   <worldbody>
     <body><joint/><geom name="one" pos="0.04 0 0"/>
@@ -417,6 +417,7 @@ CHAIN = """
         <body pos="0.1 0 0"><joint/><geom name="other" pos="{place} 0 0"/></body></body></body>
   </worldbody>
 </mujoco>"""
+)
 
 
 @pytest.mark.parametrize(
@@ -429,7 +430,7 @@ CHAIN = """
     ],
 )
 def test_iron_in_chains_that_fold(place, collides, found):
-    model = mujoco.MjModel.from_xml_string(CHAIN.format(place=place, collides=collides))
+    model = mujoco.MjModel.from_xml_string(CHAIN.format(chi=1000, place=place, collides=collides))
     said = f"geom 'one' and geom 'other' are pieces of iron that {found}, where"
     assert [each.startswith(said) for each in mm.check(model).findings] == [True] * bool(found)
 

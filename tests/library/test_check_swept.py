@@ -70,6 +70,15 @@ def nearest(model, names, number):
     return least[: len(sites[0]), : len(sites[1])]
 
 
+def bounds(model, data, bodies, points, normal=None):
+    """The lower bounds of the distances of points of two bodies, which all joints move."""
+    one, other = bodies
+    walls = limited_joints(model, one, other)
+    joints = swept_joints(model, one, other, walls)
+    assert len(joints) == model.njnt
+    return swept_gaps(model, data, joints, walls, (one, other), points, normal)
+
+
 CASES = [
     (FRAME.format("") + DOOR.format("5 90", ""), ("frame", "door"), 200),
     (FRAME.format("") + DOOR.format("-90 -20", ""), ("frame", "door"), 200),
@@ -88,12 +97,9 @@ def test_the_least_distance_within_limits(bodies, names, number, start):
     data.qpos[:] = rng.uniform(*model.jnt_range.T) if start else 0
     mujoco.mj_forward(model, data)
     one, other = (model.body(name).id for name in names)
-    walls = limited_joints(model, one, other)
     points = [data.site_xpos[[k for k in range(model.nsite) if name in model.site(k).name]]
               for name in names]  # fmt: skip
-    joints = swept_joints(model, one, other, walls)
-    assert len(joints) == model.njnt
-    found = swept_gaps(model, data, joints, walls, (one, other), points)
+    found = bounds(model, data, (one, other), points)
     ratio = found / nearest(model, names, number)
     assert (ratio <= 1).all()
     assert (ratio > (0.1 if ratio.size > 1 else 0.95)).all()  # 0.17 and 0.98
@@ -121,11 +127,8 @@ def test_hinges_without_limits_and_slides(bodies, least):
     model = load(bodies)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    one, other = model.site_bodyid.tolist()
-    walls = limited_joints(model, one, other)
     points = [data.site_xpos[[k]] for k in range(2)]
-    joints = swept_joints(model, one, other, walls)
-    found = swept_gaps(model, data, joints, walls, (one, other), points)[0, 0]
+    found = bounds(model, data, model.site_bodyid.tolist(), points)[0, 0]
     assert 0.97 * least < found <= least  # 0.98
 
 
@@ -136,10 +139,8 @@ def test_the_least_height_above_a_plane(height):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     hand = model.body("hand").id
-    walls = limited_joints(model, 0, hand)
-    joints = swept_joints(model, hand, 0, walls)
     point, normal = np.array([[0, 0, height]]), np.array([0.0, 0, 1])
-    found = swept_gaps(model, data, joints, walls, (hand, 0), [data.site_xpos[[0]], point], normal)
+    found = bounds(model, data, (hand, 0), [data.site_xpos[[0]], point], normal)
     lowest = 0.05 - 0.19 - height  # the arm of 0.19 m points down
     assert lowest - 0.03 * abs(lowest) < found[0, 0] <= lowest
 
@@ -169,13 +170,11 @@ def test_many_dipoles_are_bounded_by_spheres():
     data = mujoco.MjData(model)
     data.qpos[:] = model.jnt_range @ [0.5, 0.5]
     mujoco.mj_forward(model, data)
-    one, other = model.body("hand").id, model.body("part").id
-    walls = limited_joints(model, one, other)
-    joints = swept_joints(model, one, other, walls)
+    bodies = model.body("hand").id, model.body("part").id
     clouds = [data.site_xpos[[k]] + rng.uniform(-3e-3, 3e-3, (200, 3)) for k in range(2)]
-    found = swept_gaps(model, data, joints, walls, (one, other), clouds)
+    found = bounds(model, data, bodies, clouds)
     alone = [cloud[:1] for cloud in clouds]
-    sharp = swept_gaps(model, data, joints, walls, (one, other), alone)[0, 0]
+    sharp = bounds(model, data, bodies, alone)[0, 0]
     assert found.shape == (200, 200)
     assert sharp - 0.03 < found[0, 0] < 1.02 * sharp  # 0.010 less
 

@@ -166,7 +166,7 @@ def examined(
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, since the findings say the same
         state, description = _state(model, data), described(model)
-        found = [*failures(tried, state)]
+        found = [*failures(tried, state, description)]
         first, doubts = ([each for each in found if each.note is kind] for kind in (False, True))
         for _ in range(ROUNDS):  # since one proposal may need another
             step, constants = tried.opt.timestep, _proposed(found)
@@ -178,7 +178,7 @@ def examined(
             integrator = chosen or integrator
             if not (constants or chosen or tried.opt.timestep < step):
                 break
-            found = [*failures(tried, _state(tried, data))]
+            found = [*failures(tried, _state(tried, data), description)]
     timestep = float(tried.opt.timestep)
     done, settings = "set" if fix else "proposed", []
     if solref:

@@ -12,6 +12,7 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.forces.iron import PLANE, ellipsoid
 from magmotor.mjcf.forces.marks import FIELDS
+from magmotor.mjcf.langevin.contacts import are_excluded
 
 WEAK = 1.0
 """Susceptibility below which pieces of iron that touch hardly magnetize each other."""
@@ -61,7 +62,8 @@ def close_iron(
     inner = np.add.outer(_thickness(model, first), _thickness(model, second))
     gaps = np.maximum(reached[grid] - outer, held[grid] - inner)
     gaps /= np.minimum.outer(model.geom_rbound[first], model.geom_rbound[second])
-    gaps[_excluded(model, first, second)] = np.inf
+    owners = model.geom_bodyid[first], model.geom_bodyid[second]
+    gaps[are_excluded(model, *owners)] = np.inf  # since they never meet
     i, j = np.unravel_index(gaps.argmin(), gaps.shape)
     touch = bool(reached[grid][i, j] <= inner[i, j])
     found = CloseIron(int(first[i]), int(second[j]), touch)
@@ -72,10 +74,3 @@ def _thickness(model: mujoco.MjModel, geoms: NDArray) -> Array:
     """Return how deep the centers of pieces of iron are below their own surfaces."""
     kinds, sizes = model.geom_type[geoms].tolist(), model.geom_size[geoms]
     return np.array([min(ellipsoid(*each)[:3]) for each in zip(kinds, *sizes.T, strict=True)])
-
-
-def _excluded(model: mujoco.MjModel, first: NDArray, second: NDArray) -> NDArray[np.bool_]:
-    """Return for which geoms the model excludes contacts, since they never meet (n, m)."""
-    ends = np.broadcast_arrays(model.geom_bodyid[first][:, np.newaxis], model.geom_bodyid[second])
-    low, high = np.sort(np.stack(ends), axis=0)
-    return np.isin((low << 16) + high, model.exclude_signature)

@@ -24,16 +24,17 @@ from magmotor.mjcf.checking.motion_findings import (
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.declared import with_kind
-from magmotor.mjcf.describe import Description, described, weighed
+from magmotor.mjcf.describe import Description, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.idle import SKIPPED
 from magmotor.mjcf.langevin.temperature import MATCH
 from magmotor.mjcf.lookup import disabled, given_name, label
 
 
-def failures(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
+def failures(
+    model: mujoco.MjModel, state: mujoco.MjData, description: Description
+) -> Iterator[Failure]:
     """Yield what will fail in a state, whose positions and contacts are up to date."""
-    description = described(model)
     pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
     yield from _idleness(model, description)
     yield from _skipped(model, description)
@@ -64,9 +65,9 @@ def _doubts(
         yield from scattered(model, state)
     for spin in unknown_spins(model, state):
         yield Failure("spins", f"{spin} are not judged: give a keyframe with the spin", note=True)
-    drives = {magnet.unbounded for magnet in magnets_of(model, state)}
+    drives = set()
     for magnet in magnets_of(model, state):
-        drives |= unbounded_drives(model, state, magnet.body)
+        drives |= {magnet.unbounded} | unbounded_drives(model, state, magnet.body)
     for actuator in sorted(drives - {-1}):
         yield Failure(
             label(model, "actuator", actuator),
@@ -81,9 +82,7 @@ def _states(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[tuple[str, 
     for k in range(model.nkey):
         if (model.key_qpos[k] != state.qpos).any() and np.isfinite(model.key_qpos[k]).all():
             data = mujoco.MjData(model)
-            data.qpos[:] = model.key_qpos[k]
-            data.mocap_pos[:] = model.key_mpos[k].reshape(-1, 3)
-            data.mocap_quat[:] = model.key_mquat[k].reshape(-1, 4)
+            mujoco.mj_resetDataKeyframe(model, data, k)
             mujoco.mj_fwdPosition(model, data)
             yield f"in keyframe {given_name(model, 'key', k) or k!r}", data
 

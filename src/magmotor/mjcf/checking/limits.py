@@ -19,8 +19,7 @@ from magmotor.mjcf.checking.contact_rule import (
 from magmotor.mjcf.checking.failure import rounded_down
 from magmotor.mjcf.checking.reach import joints_between
 from magmotor.mjcf.checking.strengths import Magnet
-
-HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
+from magmotor.mjcf.forces.joint_potentials import HINGE
 
 
 class SoftLimit(NamedTuple):

@@ -57,10 +57,9 @@ def far_magnets(
     slow = SLOW / float(model.opt.timestep)
     if declares_units(model) or not now or not all(0 < each < slow for each in now.values()):
         return
-    magnet = next(
-        each for each in _magnets(model, state) if now.get(each.body) == max(now.values())
-    )
-    size, nearest = _size_and_distance(model, state, magnet)
+    magnets, slowest = magnets_of(model, state), max(now, key=lambda body: now[body])
+    magnet = next(each for each in magnets if each.body == slowest and not each.images)
+    size, nearest = _size_and_distance(model, magnets, magnet)
     polarization = VACUUM_PERMEABILITY * magnet.strengths.sum() / max(4 * size**3, 1e-300)
     far, other = FAR * size < nearest < math.inf, ""
     if nearest < math.inf:
@@ -93,9 +92,12 @@ def wide_swings(model: mujoco.MjModel, now: dict[int, float]) -> Iterator[Failur
 
 def scattered(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     """Yield at most one note: that all magnets are much too far apart to feel each other."""
-    magnets = [] if declares_units(model) else _magnets(model, state)
-    known = [(*_size_and_distance(model, state, magnet), magnet) for magnet in magnets]
-    if known and all(0 < FAR * size < nearest < math.inf for size, nearest, _ in known):
+    magnets = magnets_of(model, state)
+    moving = [each for each in magnets if each.strengths.any() and can_move(model, each.body)]
+    known = [(*_size_and_distance(model, magnets, magnet), magnet) for magnet in moving]
+    if not known or declares_units(model):
+        return
+    if all(0 < FAR * size < nearest < math.inf for size, nearest, _ in known):
         size, nearest, magnet = min(known, key=lambda each: each[1] / each[0])
         yield Failure(
             "magnets",
@@ -105,21 +107,15 @@ def scattered(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
         )
 
 
-def _magnets(model: mujoco.MjModel, state: mujoco.MjData) -> list[Magnet]:
-    """Return the magnets with dipoles that can move."""
-    magnets = magnets_of(model, state)
-    return [each for each in magnets if each.strengths.any() and can_move(model, each.body)]
-
-
 def _size_and_distance(
-    model: mujoco.MjModel, state: mujoco.MjData, magnet: Magnet
+    model: mujoco.MjModel, magnets: list[Magnet], magnet: Magnet
 ) -> tuple[float, float]:
     """Return the radius of a magnet, and its distance from the nearest other one or from iron.
 
     The distance is infinite without any, and 0 with a plane of iron.
     """
     geoms = model.body_weldid[model.geom_bodyid] == magnet.body
-    others = [each for each in magnets_of(model, state) if each.body != magnet.body]
+    others = [each for each in magnets if each.body != magnet.body]
     nearest = min(
         (cdist(magnet.positions, each.positions).min() for each in others), default=np.inf
     )
@@ -149,12 +145,8 @@ def fast_magnets(
                     found.append((frequency, names_of(model, pair), pair.number, where, limit))
     step = float(model.opt.timestep)
     for frequency, name, number, where, limit in found:
-        for failure in _too_fast(step, frequency, name, number, where, *OF_DIPOLES):
-            if limit:  # no timestep makes it stiffer
-                predicate, _, _ = failure.predicate.partition(";")
-                cured = f"{predicate}; {stiffer(model, limit)}"
-                failure = failure._replace(predicate=cured, timestep=math.inf)
-            yield failure
+        cure = stiffer(model, limit) if limit else ""
+        yield from _too_fast(step, frequency, name, number, where, *OF_DIPOLES, cure)
 
 
 def fast_joints(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
@@ -166,19 +158,30 @@ def fast_joints(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure
 
 
 def _too_fast(
-    step: float, frequency: float, name: str, number: int, where: str, remedy: str, cause: str
+    step: float,
+    frequency: float,
+    name: str,
+    number: int,
+    where: str,
+    remedy: str,
+    cause: str,
+    cure: str = "",
 ) -> Iterator[Failure]:
-    """Yield at most one failure: that a frequency is too high for the timestep."""
+    """Yield at most one failure: that a frequency is too high for the timestep.
+
+    `remedy` is what helps where no timestep does, and `cure` what to do instead of a shorter one.
+    """
     if frequency == math.inf:
         yield Failure(
             name,
-            f"would turn or swing{where} so fast that its frequency overflows, {cause}",
+            f"would turn or swing{where} so fast that its frequency overflows, {cause}"
+            + f"; {cure}" * bool(cure),
             number,
         )
     elif frequency * step > UNSTABLE:
         longest = rounded_down(RESOLVED / frequency)
-        if longest < ABSURD * step:
-            longest = math.inf
+        if cure or longest < ABSURD * step:
+            longest, remedy = math.inf, cure or remedy
         else:
             remedy = f"take a timestep of at most {longest:g} s"
         yield Failure(

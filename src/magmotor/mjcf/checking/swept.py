@@ -13,9 +13,8 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.reach import bodies_between, joints_between
+from magmotor.mjcf.forces.joint_potentials import HINGE, SLIDE
 from magmotor.mjcf.lookup import disabled
-
-SLIDE, HINGE = (int(getattr(mujoco.mjtJoint, f"mjJNT_{name}")) for name in ("SLIDE", "HINGE"))
 
 MOST_JOINTS = 4
 """Largest number of joints whose limits are considered."""
@@ -86,7 +85,8 @@ def swept_gaps(
                  for own, center in zip(points, centers, strict=True)]  # fmt: skip
         return np.full((len(points[0]), len(points[1])), least[0, 0] - sum(radii))
     ranges = np.array([_range(model, data, j, j in walls) for j in joints])
-    sides = [[joints.index(j) for j in _above(model, body, joints)] for body in bodies]
+    above = [joints_between(model, 0, body) for body in bodies]
+    sides = [[k for k, joint in enumerate(joints) if joint in own] for own in above]
     width = (ranges[:, 1] - ranges[:, 0]) / FIRST[len(joints)]
     steps = np.indices([FIRST[len(joints)]] * len(joints)).reshape(len(joints), -1).T
     cells, reach = ranges[:, 0] + (steps + 0.5) * width, np.zeros(len(joints))
@@ -125,15 +125,6 @@ def _range(
         return -np.pi, np.pi
     low, high = model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]
     return float(low), float(high)
-
-
-def _above(model: mujoco.MjModel, body: int, joints: list[int]) -> list[int]:
-    """Return those of the joints that move a body, from the top."""
-    chain = []
-    while body:
-        chain.append(body)
-        body = int(model.body_parentid[body])
-    return [j for j in joints if model.jnt_bodyid[j] in chain]
 
 
 def _moved(

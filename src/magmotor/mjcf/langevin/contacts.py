@@ -67,11 +67,15 @@ def colliding_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:
         parents = model.body_weldid[model.body_parentid[bodies]]
         related = (bodies == parents[:, np.newaxis]) & (bodies > 0)
         collide &= ~(related | related.T)
-    owners = np.sort(
-        np.stack(np.broadcast_arrays(model.geom_bodyid, model.geom_bodyid[:, None])), 0
-    )
-    collide &= ~np.isin((owners[0] << 16) + owners[1], model.exclude_signature)
+    owners = model.geom_bodyid
+    collide &= ~are_excluded(model, owners, owners)
     return np.argwhere(np.triu(collide, 1))
+
+
+def are_excluded(model: mujoco.MjModel, one: NDArray, other: NDArray) -> NDArray[np.bool_]:
+    """Return for which of bodies (n,) and (m,) the model excludes contacts, shape (n, m)."""
+    low, high = np.minimum.outer(one, other), np.maximum.outer(one, other)
+    return np.isin((low << 16) + high, model.exclude_signature)
 
 
 def _dimension(model: mujoco.MjModel, one: int, other: int) -> int:
