@@ -46,15 +46,15 @@ class Quantity:
     parts: tuple[Part, ...] = ()
     """Elements that count over their own ranges, too."""
 
-    def distance(self, own: np.ndarray, truth: np.ndarray) -> float:
-        """Largest distance of two paths over ranges of the second one; NaN without a truth."""
+    def distance(self, own: np.ndarray, truth: np.ndarray, whole: np.ndarray) -> float:
+        """Largest distance of two paths over ranges of the whole motion; NaN without a truth."""
         if not np.isfinite(truth).all():
             return np.nan
         if not np.isfinite(own).all():
             return np.inf
-        apart, ranges = own - truth, np.ptp(truth, axis=0)
+        apart, ranges = own - truth, np.ptp(whole, axis=0)
         if self.energies:
-            return float(np.abs(apart[:, 0]).max() / max(ranges[0], truth[:, 1].max()))
+            return float(np.abs(apart[:, 0]).max() / max(ranges[0], whole[:, 1].max()))
         sizes = [float(np.linalg.norm(ranges[part])) for part, _ in self.parts]
         moved = [size / unit for size, (_, unit) in zip(sizes, self.parts, strict=True)]
         judged = [(slice(self.size), float(np.linalg.norm(ranges[: self.size])))]
@@ -95,20 +95,25 @@ def judge(
         return along(model, data, quantity.observe, integrator, step / parts, parts, count)
 
     own = path(integrator, 1)
-    found = Judgment(quantity.distance(own, path(integrator, TENTH)))
+    # Long steps may miss the ends of a motion.
+    fine = step / TENTH
+    whole = along(model, data, quantity.observe, integrator, fine, 1, int(horizon / fine + 1e-9))
+    distance = partial(quantity.distance, whole=whole)
+    found = Judgment(distance(own, whole[::TENTH][: count + 1]))
     end = time.perf_counter() + SECONDS
     for other in OTHERS:
         if other == integrator:
             continue
-        for truth, doubt in references(partial(path, other), quantity, end):
+        for truth, doubt in references(partial(path, other), distance, end):
             if doubt <= PROVEN * promised:
-                return Judgment(found.own, quantity.distance(own, truth), doubt, other)
+                return Judgment(found.own, distance(own, truth), doubt, other)
     return found
 
 
 def references(
-    path: Callable[[int], np.ndarray], quantity: Quantity, end: float
-) -> Iterator[tuple[np.ndarray, float]]:
+    path: Callable[[int], np.ndarray], distance: Callable[[np.ndarray, np.ndarray], float],
+    end: float,
+) -> Iterator[tuple[np.ndarray, float]]:  # fmt: skip
     """Yield ever finer paths, and how far each is from the one before.
 
     Of two ends of a halving, also the straight line to step 0 through them counts as a path.
@@ -122,10 +127,10 @@ def references(
             before = fine, None
             continue
         coarse, line = before
-        yield fine, quantity.distance(coarse, fine)
+        yield fine, distance(coarse, fine)
         straight = 2 * fine - coarse
         if line is not None:
-            yield straight, quantity.distance(line, straight)
+            yield straight, distance(line, straight)
         before = fine, straight
 
 

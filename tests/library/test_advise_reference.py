@@ -72,6 +72,16 @@ def test_extrapolation_gains_an_order(order):
     assert errors[0] < coarse.doubt[-1]
 
 
+def test_short_errors_count():
+    """Only the finest two paths have records where they differ; the coarsest one has none there."""
+    fine, middle = np.zeros((17, 1)), np.zeros((9, 1))
+    fine[2], middle[1] = 1.0, 0.5
+    chain = [(4.0, Samples(4, fine[::4])), (2.0, Samples(2, middle)), (1.0, Samples(1, fine))]
+    found = reference({"RK4": chain}, WHOLE)
+    assert (found.path.values == fine).all()
+    assert found.doubt[:, 0].tolist() == [0.0, *16 * [0.5]]
+
+
 STIFF = PENDULUM.replace(
     "</worldbody>",
     '<body pos="1 0 0"><joint axis="0 1 0" damping="1e7"/><geom size=".1"/></body></worldbody>',

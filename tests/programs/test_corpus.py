@@ -166,7 +166,7 @@ SPRING = """
 @pytest.mark.parametrize(
     ("integrator", "other", "own", "others"),
     [
-        ("Euler", "RK4", 0.1, 1e-8),  # 0.01, 2.3e-9
+        ("Euler", "RK4", 0.1, 1e-5),  # 0.01, 1.6e-6: the ends of the motion are between records
         ("RK4", "implicitfast", 2e-3, 0.5),  # 1.2e-4, 0.079
     ],
 )
@@ -180,7 +180,7 @@ def test_both_judges_find_the_error_of_an_oscillator(integrator, other, own, oth
     truth = np.sin(2 * step * np.arange(count + 1)) / 2
     body = quantity_of(model, "body ball")
     run = along(model, data, body.observe, integrator, step, 1, count)
-    exact = np.abs(run[:, 0] - truth).max() / np.ptp(truth)
+    exact = np.abs(run[:, 0] - truth).max()  # the range is 1 m
     energies = along(model, data, quantity_of(model, "energy").observe, "RK4", 0.01, 1, 100)
     found = judge(model, data, body, integrator, step, 3.0, promised=0.01)
     assert (found.by, found.doubt < 0.0025) == (other, True)
@@ -205,12 +205,12 @@ def test_the_judges_see_the_worst_element():
         mujoco.mju_axisAngle2Quat(data.qpos[3:7], np.array([0.0, 0.0, 1.0]), angle)
         rows.append(judged.observe(model, data))
     truth, own = np.array([rows[0], rows[1]]), np.array([rows[0], rows[2]])
-    assert judged.distance(own, truth) == pytest.approx(0.5, rel=1e-12)
+    assert judged.distance(own, truth, truth) == pytest.approx(0.5, rel=1e-12)
     x, axis = judged.parts[0][0], judged.parts[3][0]
     assert rows[1][x] == pytest.approx(0.02)
     assert rows[1][axis] == pytest.approx([0.0, 1.0, 0.0], abs=1e-12)  # of the body, in the world
-    alone = quantity_of(model, "positions").distance(own[:, : judged.size], truth[:, : judged.size])
-    assert alone < 0.2  # 0.1
+    own, truth = own[:, : judged.size], truth[:, : judged.size]
+    assert quantity_of(model, "positions").distance(own, truth, truth) < 0.2  # 0.1
 
 
 def test_the_other_judge_counts_as_far_as_it_is_certain():

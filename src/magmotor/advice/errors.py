@@ -87,33 +87,37 @@ def _offers(
     paths: Sequence[tuple[float, Samples]],
     distances: Callable[[Array], Array],
 ) -> list[Reference]:
-    timestep = paths[-1][0]
-    ticks = max(path.ticks for _, path in paths[-4:])
-    rows = [path.thinned(ticks) for _, path in paths[-4:]]
-    count = min(map(len, rows))
-    rows = [row[:count] for row in rows]
-    offers = {f"{integrator} at {timestep:.3g} s": rows[-3:]}
-    if len(rows) > 3:
+    timestep, chain = paths[-1][0], [path for _, path in paths[-4:]]
+    offers = {f"{integrator} at {timestep:.3g} s": chain[-3:]}
+    if len(chain) > 3:
         for order in ORDERS:
-            weight = 1 / (2**order - 1)
             name = f"{integrator} extrapolated from {timestep:.3g} s at order {order}"
-            offers[name] = [fine + weight * (fine - coarse) for coarse, fine in pairwise(rows)]
-    return [
-        Reference(name, Samples(ticks, values[-1]), _doubt(values, distances))
-        for name, values in offers.items()
-    ]
+            offers[name] = [_extrapolated(coarse, fine, order) for coarse, fine in pairwise(chain)]
+    return [Reference(name, own[-1], _doubt(own, distances)) for name, own in offers.items()]
 
 
-def _doubt(values: Sequence[Array], distances: Callable[[Array], Array]) -> Array:
-    """Return the largest changes so far (records, k) by the last of several halvings.
+def _extrapolated(coarse: Samples, fine: Samples, order: int) -> Samples:
+    """Return the path at timestep 0 to which two paths lead, at their common times."""
+    ticks, change = math.lcm(coarse.ticks, fine.ticks), fine.apart(coarse)
+    return Samples(ticks, fine.thinned(ticks)[: len(change)] + change / (2**order - 1))
+
+
+def _doubt(chain: Sequence[Samples], distances: Callable[[Array], Array]) -> Array:
+    """Return the largest changes so far by the last of several halvings, at the last one's records.
 
     Two paths may agree by accident. The change before that one counts half, as at order 1; where it
-    is not known, the last one counts twice.
+    is not known, the last one counts twice. Every common record counts: an error may be large
+    during a few steps only, as in a contact.
     """
-    changes = [distances(fine - coarse) for coarse, fine in pairwise(values)]
+    path = chain[-1]
+    times = path.ticks * np.arange(len(path.values))
+    changes = []
+    for coarse, fine in pairwise(chain):
+        largest = np.maximum.accumulate(distances(fine.apart(coarse)))
+        next_common = -(-times // math.lcm(coarse.ticks, fine.ticks))
+        changes.append(largest[np.minimum(next_common, len(largest) - 1)])
     last = changes[-1]
-    worst = np.maximum(last, changes[-2] / 2) if len(changes) > 1 else 2 * last
-    return np.maximum.accumulate(worst)
+    return np.maximum(last, changes[-2] / 2) if len(changes) > 1 else 2 * last
 
 
 def _usual_doubt(offer: Reference) -> float:
