@@ -13,6 +13,9 @@ import magmotor as mm
 TENTH = 10
 """Steps of a reference within a step of what is judged."""
 
+FEW = 500
+"""Number of steps below which the range of a motion is looked for between them, too."""
+
 HALVINGS, SECONDS = 5, 30.0
 """Largest number of times that another integrator halves its step, and the time for that."""
 
@@ -95,11 +98,12 @@ def judge(
         return along(model, data, quantity.observe, integrator, step / parts, parts, count)
 
     own = path(integrator, 1)
-    # Long steps may miss the ends of a motion.
-    fine = step / TENTH
-    whole = along(model, data, quantity.observe, integrator, fine, 1, int(horizon / fine + 1e-9))
+    # A few long steps may miss the ends of a motion.
+    every, fine = (1 if count < FEW else TENTH), step / TENTH
+    records = int(horizon / fine / every + 1e-9)
+    whole = along(model, data, quantity.observe, integrator, fine, every, records)
     distance = partial(quantity.distance, whole=whole)
-    found = Judgment(distance(own, whole[::TENTH][: count + 1]))
+    found = Judgment(distance(own, whole[:: TENTH // every][: count + 1]))
     end = time.perf_counter() + SECONDS
     for other in OTHERS:
         if other == integrator:
