@@ -6,6 +6,7 @@ import pytest
 
 import magmotor as mm
 from magmotor.mjcf.checking.applied_fields import applied_field
+from magmotor.mjcf.checking.frequencies import frequencies
 
 OWN_FIELD = """
 <mujoco>
@@ -207,3 +208,47 @@ def test_fields_of_every_kind_are_those_that_act():
     taken = applied_field(model, data, points, np.full(20, 2))
     model.site_user[:] = 0
     np.testing.assert_allclose(taken, mm.field(model, data, points), atol=6e-14)  # 2e-15
+
+
+# Magnets that swing where an applied field varies -------------------------------------------------
+
+TRAP = """
+<mujoco>
+  <option gravity="0 0 0"/>
+  <custom><text name="magmotor" data="dipoles fields"/>{field}</custom>
+  <worldbody><body name="magnet">{joint}
+    <inertial pos="0 0 0" mass="2e-3" diaginertia="1e-8 1e-8 1e-8"/><geom size=".004"/>
+    <site name="magnet" user=".25"/></body></worldbody>
+</mujoco>"""
+BEND = 2000.0
+
+
+def bent(points):
+    """A field without sources, which is strongest at the origin on its axis; B'' = -BEND."""
+    x, y, z = points.T
+    along = 0.1 - BEND * (z**2 / 2 - (x**2 + y**2) / 4)
+    return np.stack([BEND * x * z / 2, BEND * y * z / 2, along], axis=-1)
+
+
+def found_and_true(field, joint, true):
+    """The frequency that `check` bounds over the true one."""
+    model = mujoco.MjModel.from_xml_string(TRAP.format(field=field, joint=joint))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return frequencies(model, data)[1] / true
+
+
+def test_the_frequency_of_a_magnet_in_a_field_that_is_bent():
+    """On a rail, omega^2 = m B''/M."""
+    field = mm.tabulated_field(bent, (-0.006, -0.006, -0.02), (0.006, 0.006, 0.02), (6, 6, 81))
+    rail = '<joint type="slide" axis="0 0 1"/>'
+    assert 1 <= found_and_true(field, rail, np.sqrt(0.25 * BEND / 2e-3)) < 1.2  # 1.11
+
+
+def test_the_frequency_of_a_magnet_where_a_field_has_a_gradient():
+    """At B = 0, a turn by t moves the force by m G t, so that omega^2 = m G/(M I)^(1/2)."""
+    field = '<numeric name="field" data="0 0 0 30 0 0 -30 0"/>'
+    true = np.sqrt(0.25 * 30 / np.sqrt(2e-3 * 1e-8))
+    assert found_and_true(field, "<freejoint/>", true) == pytest.approx(1)
+    uniform = '<numeric name="field" data="0 0 .1"/>'
+    assert found_and_true(uniform, "<freejoint/>", np.sqrt(0.25 * 0.1 / 1e-8)) == pytest.approx(1)

@@ -95,10 +95,53 @@ def test_limits_are_judged_again_without_those_that_are_too_soft():
     """Without its soft neighbor, a limit must hold magnets that come nearer to each other."""
     body = """
     <body name="b" pos=".03 0 .0111">
-      <joint axis="1 0 0" range="-.005 1" solreflimit="1 1"/>
+      <joint axis="1 0 0" range="-.005 1" solreflimit="{} 1"/>
       <joint axis="0 0 1" range="0 1" solreflimit="{} 1"/>
       <joint type="ball"/><geom size=".005"/><site user=".54"/>
     </body>"""
-    model, soft = (load(1e-4, FIXED + body.format(constant)) for constant in (1e-4, 3e-3))
-    assert mm.check(model).findings == ()
-    assert "the limit of joint 1 is too soft" in mm.check(soft).findings[0]
+    one, other, soft = (
+        load(1e-4, FIXED + body.format(*each)) for each in ((1, 1e-4), (5e-4, 3e-3), (1, 3e-3))
+    )
+    assert mm.check(one).findings == mm.check(other).findings == ()
+    assert "the limit of joint 0 is too soft" in mm.check(soft).findings[0]
+
+
+ELBOW = """
+<body name="part" pos=".4 0 0"><geom contype="0"/><site user=".05"/></body>
+<body><joint name="one" type="hinge" range="3 90" solreflimit="{} 1"/>
+  <geom size=".01" pos=".1 0 0" contype="0"/>
+  <body pos=".2 0 0"><joint name="two" type="hinge" range="0 170" solreflimit="{} 1"/>
+    <geom pos=".2 0 0" contype="0"/>
+    <site pos=".2 0 0" zaxis="0 0 -1" user=".05"/></body></body>"""
+
+
+@pytest.mark.parametrize(("one", "two", "named"), [
+    (0.02, 0.02, 'limit of joint \'two\' is too soft; give joint \'two\' solreflimit="0.017 1"'),
+    (0.02, 0.017, ""),
+    (0.2, 0.01, "limit of joint 'one' is too soft"),
+])  # fmt: skip
+def test_the_limit_is_named_whose_remedy_is_mildest(one, two, named):
+    model = load(1e-2, ELBOW.format(one, two).replace("<geom ", '<geom size=".005" ', 1)
+                 .replace('<geom pos', '<geom size=".005" pos'))  # fmt: skip
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.06
+    findings = mm.check(model, data).findings
+    assert [named in each for each in findings] == [True] * bool(named)
+
+
+TELESCOPE = """
+<body name="frame" pos=".4 0 0"><geom size=".005" contype="0"/><site user=".05"/></body>
+<body><joint name="hinge" type="hinge" range="2 90"/><geom size=".02" contype="0"/>
+  <body pos=".001 0 0">
+    <joint name="slide" axis="1 0 0" range="0 .399" solreflimit="1e-3 1"/>
+    <geom size=".005" contype="0"/><site zaxis="0 0 -1" user=".05"/></body></body>"""
+
+
+@pytest.mark.parametrize("out", [0.0, 0.399])
+def test_a_limit_must_hold_the_longest_arm(out):
+    """A hand that is drawn in may move out: the verdict is that of all poses."""
+    model = load(2e-2, TELESCOPE.replace("/>", "/>", 1))
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.1, out
+    (finding,) = mm.check(model, data).findings
+    assert "the limit of joint 'hinge' is too soft; give joint 'hinge' solreflimit=" in finding

@@ -84,6 +84,17 @@ def test_contacts_of_magnets_that_repel_on_a_rail_are_not_judged():
     assert mm.check(model).findings == ()
 
 
+def test_a_soft_limit_need_not_hold_what_repels():
+    """A magnet that another one holds up reaches its limit in neither model."""
+    assert "limit of joint 'rod' is too soft" in mm.check(floater(1)).findings[0]
+    model = floater(-1)
+    assert not any("too soft" in each for each in mm.check(model).findings)
+    data = mujoco.MjData(model)
+    data.qpos[0] = -0.02
+    mujoco.mj_step(model, data, 2000)
+    assert data.qpos[0] > -0.02
+
+
 @pytest.mark.filterwarnings("ignore:.*so that it may fly apart")
 def test_a_long_timestep_takes_magnets_that_repel_through_each_other():
     """One that falls from 0.05 m onto another one is thrown up to 0.36 m."""

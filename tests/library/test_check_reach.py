@@ -208,3 +208,27 @@ def test_a_model_on_which_nothing_acts_is_warned_of_by_its_findings_only(recwarn
     recwarn.clear()
     assert "nothing acts" in str(mm.check(model))
     assert not recwarn
+
+
+PENDULUM = """
+<mujoco>
+  <extension><plugin plugin="magmotor.forces">
+    <instance name="magnets"><config key="act" value="dipoles"/></instance></plugin></extension>
+  <worldbody>
+    <geom type="plane" size="1 1 .1"/>
+    <body name="base" pos=".05 0 .01">
+      <geom type="cylinder" size=".01 .004"/><site user="-1"/></body>
+    <body name="bob" pos="0 0 {}"><joint {} damping="1e-4"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -.36" size=".002" mass=".01"/>
+      <geom pos="0 0 -.36" size=".008" density="7500"/><site pos="0 0 -.36" user=".8"/></body>
+  </worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize("joint", ['type="ball"', 'axis="0 1 0"', 'axis="0 1 0" range="-90 90"'])
+@pytest.mark.parametrize(("height", "found"), [(0.41, False), (0.37, True)])
+def test_geoms_that_joints_keep_apart_do_not_touch(joint, height, found):
+    """The bob swings 2 cm above a magnet on the floor, or can touch it."""
+    findings = mm.check(mujoco.MjModel.from_xml_string(PENDULUM.format(height, joint))).findings
+    assert any("once they touch" in each for each in findings) == found
+    assert bool(findings) == found

@@ -493,6 +493,53 @@ def test_a_speed_that_the_model_does_not_tell_is_a_note(actuator):
     assert found == [f"{said}: give a keyframe with the spin"]
 
 
+AXLE = """
+<mujoco>
+  <option gravity="0 0 0"><flag {flag}/></option>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <body name="ship"><freejoint/><geom size=".1"/><site user=".01"/>
+      <body name="wheel" pos="0 0 .2">
+        <joint name="axle" axis="0 0 1" {joint}/>
+        <geom type="cylinder" size=".1 .01" density="3000"/></body></body>
+    <body pos="1 0 0"><site user=".01"/></body>
+  </worldbody>
+  <tendon><fixed name="cord"><joint joint="axle" coef="1"/></fixed></tendon>
+  <actuator><{motor}/>{more}</actuator>
+</mujoco>"""
+MOTOR = 'motor joint="axle" gear=".1" ctrlrange="-1 1"'
+SPEED, UNKNOWN = "can spin at 1e+03 rad/s", "whose speed under its actuators is unknown"
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ({}, SPEED),
+        ({"joint": 'damping="1e-4" range="-1 1"'}, ""),
+        ({"joint": 'damping="1e-4" range="-1 1"', "flag": 'limit="disable"'}, SPEED),
+        ({"joint": 'damping="1e-4" stiffness="1"'}, ""),
+        ({"joint": 'damping="1e-4" stiffness="1e-3"'}, SPEED),  # yields by 100 rad
+        ({"joint": 'damping="1e-4" stiffness="1"', "flag": 'spring="disable"'}, SPEED),
+        ({"joint": 'damping="1e-4" frictionloss="1"'}, ""),
+        ({"joint": 'damping="1e-4" frictionloss="1"', "flag": 'frictionloss="disable"'}, SPEED),
+        ({"joint": 'damping="1"', "flag": 'damper="disable"'}, UNKNOWN),
+        ({"joint": 'damping="1e-4" actuatorfrcrange="-.05 .05"'}, "can spin at 500 rad/s"),
+        ({"motor": MOTOR.replace("joint", "tendon").replace("axle", "cord")}, UNKNOWN),
+        ({"motor": 'intvelocity joint="axle" kp=".5" actrange="-9 9" ctrlrange="-1 1"'}, UNKNOWN),
+        ({"more": '<position joint="axle" kp="1"/>'}, ""),
+        ({"more": '<position joint="axle" kp="1" forcerange="-.05 .05"/>'}, SPEED),
+        ({"more": '<damper joint="axle" kv="1e-4" ctrlrange="0 1"/>'}, SPEED),
+        ({"motor": 'damper joint="axle" kv="1e-4" ctrlrange="0 1"'}, ""),
+    ],
+)
+def test_what_holds_a_rotor_and_what_drives_it(parts, said):
+    """A motor of 0.1 N m turns a wheel on a free body, whose bearing damps it."""
+    defaults = {"flag": "", "joint": 'damping="1e-4"', "motor": MOTOR, "more": ""}
+    checked = mm.check(mujoco.MjModel.from_xml_string(AXLE.format(**defaults | parts)))
+    spins = [each for each in (*checked.findings, *checked.notes) if "spin" in each]
+    assert [said in each for each in spins] == [True] * bool(said)
+
+
 def test_what_euler_lets_grow_of_a_body_that_tumbles():
     model = load(inertia="1 1.3 1.8", step=5e-3)
     (finding,) = mm.check(model, spinning(model, (0, 60, 0))).findings

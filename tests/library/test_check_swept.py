@@ -94,7 +94,7 @@ def test_the_least_distance_within_limits(bodies, names, number, start):
     """It is a lower bound, from any start; rough where four joints let magnets nearly meet."""
     model, rng = load(bodies), np.random.default_rng(start)
     data = mujoco.MjData(model)
-    data.qpos[:] = rng.uniform(*model.jnt_range.T) if start else 0
+    data.qpos[:] = rng.uniform(*model.jnt_range.T) if start else np.clip(0, *model.jnt_range.T)
     mujoco.mj_forward(model, data)
     one, other = (model.body(name).id for name in names)
     points = [data.site_xpos[[k for k in range(model.nsite) if name in model.site(k).name]]
@@ -205,6 +205,15 @@ def test_a_limit_that_is_too_soft_keeps_nothing_apart():
                 mujoco.mj_step(model, data)
                 least = min(least, 0.4 * abs(data.qpos[0]))
         assert (least > 0.005) == holds  # 0.0067 and 0.0007
+
+
+def test_a_state_outside_of_the_limits_counts():
+    """In MuJoCo, the door swings in through the frame's magnet."""
+    model = load(FRAME.format(THROUGH) + DOOR.format("2 90", THROUGH))
+    data = mujoco.MjData(model)
+    data.qpos[0] = np.radians(-3)
+    (finding,) = mm.check(model, data).findings
+    assert "their dipoles coincide, since" in finding
 
 
 LATCH = """

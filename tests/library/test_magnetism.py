@@ -529,10 +529,23 @@ def evaluate_and_reset(model, data):
     mujoco.mj_resetData(model, data)
 
 
+def push_between_halves(model, data):
+    for _ in range(3):
+        mujoco.mj_step1(model, data)
+        ours = data.xfrc_applied[1].copy()
+        data.xfrc_applied[1, 2] += 1.0
+        mujoco.mj_step2(model, data)
+        data.xfrc_applied[1] = ours
+        mujoco.mj_step1(model, data)
+        data.xfrc_applied[1, 2] += 1.0
+        mujoco.mj_step2(model, data)
+
+
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize(
     "act",
     [
+        push_between_halves,
         run_again,
         push_others_and_clear,
         copy_data,

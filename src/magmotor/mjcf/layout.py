@@ -120,11 +120,15 @@ class LayoutError(RuntimeError):
 
 @constant_in_code
 class Layout(
-    namedtuple("Layout", (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS, "notes"))
+    namedtuple(
+        "Layout",
+        (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS, "notes", "forwards"),
+    )
 ):
     """Byte offsets of fields in mjModel, including its options, in mjData, and in a contact.
 
-    `contact_size` is the size of a contact in bytes. `notes` are `NOTES` words of mjData.
+    `contact_size` is the size of a contact in bytes. `notes` are `NOTES` words of mjData, and
+    `forwards` is how often `mj_forward` has ended, also within `mj_step`, an integer.
     """
 
 
@@ -147,6 +151,10 @@ def current() -> Layout:
         offsets |= {f"contact_{name}": getattr(contact, name).offset for name in ("dist", "geom")}
         offsets["contact_size"] = ctypes.sizeof(contact)
         statistics = getattr(data, "solver")  # noqa: B009
+        timers, timer = getattr(data, "timer"), _structure("mjTimerStat")  # noqa: B009
+        forward = int(mujoco.mjtTimer.mjTIMER_FORWARD) * ctypes.sizeof(timer)
+        number = getattr(timer, "number").offset  # noqa: B009
+        offsets["forwards"] = timers.offset + forward + number
         offsets["notes"] = statistics.offset + statistics.size - 8 * NOTES
     except (KeyError, AttributeError) as missing:
         name = getattr(missing, "name", None) or missing
@@ -175,6 +183,7 @@ def verify(layout: Layout) -> None:
         mujoco.mj_forward(model, data)
     data.time, data.pstack, data.pbase = 0.375, _PROBE_PSTACK, _PROBE_PSTACK + 64
     data.solver[len(data.solver) - 1].nupdate = _PROBE_PSTACK
+    data.timer[mujoco.mjtTimer.mjTIMER_FORWARD].number = _PROBE_PSTACK
     wrong = []
     owners = ((MODEL_FIELDS, model, model), (OPTION_FIELDS, model, model.opt))
     for fields, struct, owner in (*owners, (DATA_FIELDS[:-1], data, data)):
@@ -204,6 +213,8 @@ def verify(layout: Layout) -> None:
     wrong += ["contact"] if len(moved) == len(views) else moved
     last = _read(ctypes.c_int, data._address + layout.notes + 8 * NOTES - 4)
     wrong += ["notes"] * (last != _PROBE_PSTACK)
+    forwards = _read(ctypes.c_int, data._address + layout.forwards)
+    wrong += ["forwards"] * (forwards != _PROBE_PSTACK)
     wrong += ["contact_size"] * (data.contact.dist.strides[0] != layout.contact_size)
     if wrong:
         raise LayoutError(

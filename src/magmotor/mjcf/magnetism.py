@@ -66,7 +66,7 @@ def magnetism() -> "Block":
     sites; a line on stderr says so, once per process.
 
     The wrenches of magnetism and noise overwrite `xfrc_applied` of the bodies on which they act; a
-    warning names one whose row you have set (of the first 497). The forces of potentials are added
+    warning names one whose row you have set (of the first 496). The forces of potentials are added
     to `qfrc_passive`.
 
     The callback is installed as `mjcb_control` for all models and threads of the process, and the

@@ -2,22 +2,25 @@
 
 In `notes` of mjData, it keeps the time, and for each body a checksum of its wrench: one that has
 changed since, and is overwritten, was set by the user. A sum of the checksums tells a state that
-comes back with the wrenches that were in it.
+comes back with the wrenches that were in it. A wrench that is set after `mj_step1` may act in
+`mj_step2`, and is not reported.
 """
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 import mujoco
+import numpy as np
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.reports import warn_of_overwritten
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
-TIME, START, FOUND, FIRST = 0, 1, 2, 2
+TIME, START, FOUND, FORWARDS, FIRST = 0, 1, 2, 3, 3
 """Numbers of notes: the time, a checksum of the accelerations with which the solver started, the
-sum of the checksums of the wrenches that came with this state, and the number before body 1's."""
+sum of the checksums of the wrenches that came with this state, how often `mj_forward` had begun, or
+0 before the first time, and the number before body 1's."""
 
 CLOSE = 1.5
 """Time from one evaluation to the next, in timesteps, above which a state was loaded between."""
@@ -72,15 +75,18 @@ def note_ours(m, d, offsets):
         if notes[FIRST + body] != 0 and notes[FIRST + body] != left:
             lost = body
         notes[FIRST + body] = left
-    if lost > 0 and (_stays(m, d, offsets) or _continues(m, d, offsets)):
+    forwards = 1 + np.int64(memory.integers(d.ctypes.data + offsets.forwards, 1)[0])
+    at_once = forwards != notes[FORWARDS]
+    if lost > 0 and at_once and (_stays(m, d, offsets) or _continues(m, d, offsets)):
         warn_of_overwritten(lost, m.ctypes.data)
+    notes[FORWARDS] = forwards
     notes[TIME] = memory.words(d.ctypes.data + offsets.time, 1)[0]
     notes[START] = _start(m, d, offsets)
 
 
 @subroutine
 def _notes(m, d, offsets):
-    """Return the words of mjData for notes; those of bodies follow the three of all."""
+    """Return the words of mjData for notes; those of bodies follow the four of all."""
     count = min(FIRST + m[offsets.nbody // 8], layout.NOTES)
     return memory.words(d.ctypes.data + offsets.notes, count)
 

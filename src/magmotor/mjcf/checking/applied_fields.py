@@ -54,6 +54,11 @@ class AppliedField(NamedTuple):
             found = np.array([interpolate(tuple(place), counts, nodes)[:3] for place in places])
         return self.drive * found @ self.frame.T
 
+    @property
+    def spacing(self) -> float:
+        """Return the least distance of nodes in m; 1 where differences are exact at any step."""
+        return float(self.numbers[6:9].min()) if len(self.numbers) > GRADIENT else 1.0
+
 
 def applied_field(
     model: mujoco.MjModel, data: mujoco.MjData, points: Array, welds: NDArray
@@ -70,6 +75,34 @@ def applied_field(
         if felt.any():
             total[felt] += each.at(points[felt])
     return total
+
+
+def variation(
+    model: mujoco.MjModel, data: mujoco.MjData, points: Array, welds: NDArray
+) -> tuple[Array, Array]:
+    """Return bounds of the first and second derivatives of applied fields at points (n, 3).
+
+    They are those of m.B in all directions, for a unit moment m, in T/m and T/m^2, by differences;
+    zero where a table ends within a spacing. The arguments are as in `applied_field`.
+    """
+    first, second = np.zeros((2, len(points)))
+    moves = model.body_dofnum > 0
+    for each in _fields(model, data) if acting_forces(model) & FIELDS else ():
+        felt = (welds != each.weld) & (moves[welds] | moves[each.weld])
+        if len(each.numbers) < GRADIENT or not felt.any():
+            continue
+        step = each.spacing / 2
+        ways = step * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
+        around = points[felt][:, np.newaxis, np.newaxis] + ways[:, np.newaxis] + ways
+        flux = each.at(around.reshape(-1, 3)).reshape(-1, 7, 7, 3)
+        along = (flux[:, 1:4, 0] - flux[:, 4:, 0]) / (2 * step)
+        twice = (flux[:, 1:4, 1:4] - flux[:, 1:4, 4:] - flux[:, 4:, 1:4] + flux[:, 4:, 4:]) / (
+            4 * step**2
+        )
+        for total, found in ((first, along), (second, twice.reshape(-1, 9, 3))):
+            size = np.linalg.norm(np.nan_to_num(found), 2, axis=(1, 2))
+            total[felt] += size
+    return first, second
 
 
 def unbounded_drives(model: mujoco.MjModel, data: mujoco.MjData, weld: int) -> set[int]:

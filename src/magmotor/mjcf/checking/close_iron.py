@@ -28,6 +28,8 @@ class CloseIron(NamedTuple):
     other: int
     touch: bool
     """Whether joints surely let them touch; else, the bound of their gap is too small."""
+    excluded: bool
+    """Whether the model excludes their contact, perhaps since they never meet in its runs."""
 
 
 def strong_iron(model: mujoco.MjModel, magnets: list[Magnet]) -> NDArray[np.bool_]:
@@ -63,11 +65,14 @@ def close_iron(
     gaps = np.maximum(reached[grid] - outer, held[grid] - inner)
     gaps /= np.minimum.outer(model.geom_rbound[first], model.geom_rbound[second])
     owners = model.geom_bodyid[first], model.geom_bodyid[second]
-    gaps[are_excluded(model, *owners)] = np.inf  # since they never meet
-    i, j = np.unravel_index(gaps.argmin(), gaps.shape)
-    touch = bool(reached[grid][i, j] <= inner[i, j])
-    found = CloseIron(int(first[i]), int(second[j]), touch)
-    return found if gaps[i, j] < NEAR else None
+    excluded = are_excluded(model, *owners)
+    for out in (excluded, ~excluded):
+        left = np.where(out, np.inf, gaps)
+        i, j = np.unravel_index(left.argmin(), left.shape)
+        if left[i, j] < NEAR:
+            touch = bool(reached[grid][i, j] <= inner[i, j])
+            return CloseIron(int(first[i]), int(second[j]), touch, bool(excluded[i, j]))
+    return None
 
 
 def _thickness(model: mujoco.MjModel, geoms: NDArray) -> Array:

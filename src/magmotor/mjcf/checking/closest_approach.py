@@ -24,7 +24,7 @@ from magmotor.mjcf.checking.geoms import (
 from magmotor.mjcf.checking.groups import groups_of_pairs
 from magmotor.mjcf.checking.limits import SoftLimit, softest_limit
 from magmotor.mjcf.checking.rails import repel_on_rail
-from magmotor.mjcf.checking.reach import common_ancestor, reach
+from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
 from magmotor.mjcf.checking.side import Side
 from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
@@ -36,7 +36,7 @@ from magmotor.mjcf.checking.touch import (
     coarsest,
 )
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import SPHERE, ellipsoid
+from magmotor.mjcf.forces.iron import PLANE, SPHERE, ellipsoid
 
 
 class Meeting(NamedTuple):
@@ -129,19 +129,27 @@ def _meeting(
     walls = limited_joints(model, one.body, other.body)
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), None
     bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
-    while walls and (room := _room(gaps, bare)) > 0:
+    repels = not other.images and repel_on_rail(model, data, magnets, apart)
+    while walls and not repels and (room := _room(gaps, bare)) > 0:
         found = softest_limit(model, data, magnets, walls, gaps[0], room, np.where(acts, factor, 0))
         if not found:
             break
-        soft = found
-        walls.remove(soft.joint)
+        # Without others, a limit must do more than its share: the mildest remedy is that for it.
+        soft = found if soft is None or found.constant > soft.constant else soft
+        walls.remove(found.joint)
         gaps = _gaps(model, data, magnets, geoms, level, walls)
     of_dipoles, of_geoms = gaps
+    if other.images:
+        possible = touching if (of_geoms <= 0).any() else touching[:0]
+    else:
+        possible = _possible_rows(touching, geoms, of_geoms)
+        if 0 < len(possible) < len(touching):
+            return _meeting(model, data, magnets, possible, strong, built)
     near = bare & (of_dipoles <= COINCIDENCE)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
     approach = spacing = linked = None
     wide = [_wide_pieces(model, *pair) for pair in ((other, one, held.T), (one, other, held))]
-    if not len(touching) or (of_geoms > 0).all():
+    if not len(possible):
         held, wide = np.full_like(held, np.inf), [np.zeros(length, bool) for length in held.shape]
     held[wide[0]] = held[:, wide[1]] = np.inf
     if (held < np.inf).any():
@@ -166,11 +174,18 @@ def _meeting(
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     exact = _is_exact(model, data, magnets, geoms)
-    repels = bool(approach and not other.images and repel_on_rail(model, data, magnets, apart))
     return Meeting(
-        magnets, (int(i), int(j)), 1, touching, touching, approach, linked, bool(near.any()),
-        spacing, int(pieces[0]), iron, soft, exact, repels,
+        magnets, (int(i), int(j)), 1, touching, touching, approach, linked,
+        bool(near.any()), spacing, int(pieces[0]), iron, soft, exact, repels,
     )  # fmt: skip
+
+
+def _possible_rows(touching: NDArray, geoms: list[NDArray], gaps: Array) -> NDArray[np.int64]:
+    """Return the rows of two geoms that can touch, by lower bounds of their distances."""
+    swapped = ~np.isin(touching[:, 0], geoms[0])
+    first, second = np.where(swapped, touching[:, [1, 0]].T, touching[:, :2].T)
+    places = np.searchsorted(geoms[0], first), np.searchsorted(geoms[1], second)
+    return touching[gaps[places] <= 0]
 
 
 def _linked(
@@ -231,29 +246,56 @@ def _gaps(
     bodies = one.body, other.body
     found, swept = [], swept_joints(model, *bodies, walls)
     for places in ([m.positions for m in magnets], [data.geom_xpos[own] for own in geoms]):
-        first, second = (
+        reaches = [
             reach(model, data, magnet.body, ancestor, points, walls)
             for magnet, points in zip(magnets, places, strict=True)
-        )
+        ]
         sizes = [bounding_radii(model, own) if found else np.zeros(1) for own in geoms]
-        if not other.images:
-            least = first.gaps(second)
+
+        if other.images and ancestor != other.body:
+            found.append(np.zeros((len(places[0]), 1)))
+        elif other.images:
+            plane = int(other.elements[0]) - model.nsite
+            lowest = _lowest(model, data, reaches[0], places[0], plane, swept, walls, bodies)
+            found.append((lowest - sizes[0] - level)[:, np.newaxis])
+        else:
+            least = reaches[0].gaps(reaches[1])
             if swept and least.size:
                 within = swept_gaps(model, data, swept, walls, bodies, places)
                 least = np.maximum(least, within)
-            found.append(least - np.add.outer(*sizes))
-        elif ancestor != other.body:
-            found.append(np.zeros((len(first.centers), 1)))
-        else:
-            point = other.positions[:1]
-            normal = data.geom_xmat[other.elements[0] - model.nsite, 2::3]
-            lowest = first.lowest(point[0], normal)
-            if swept and lowest.size:
-                onto = [places[0], point]
-                within = swept_gaps(model, data, swept, walls, bodies, onto, normal)
-                lowest = np.maximum(lowest, within[:, 0])
-            found.append((lowest - sizes[0] - level)[:, np.newaxis])
+            least = least - np.add.outer(*sizes)
+            found.append(least)
+    if not other.images:
+        of_geoms = found[1]
+        for side, rows in ((0, of_geoms), (1, of_geoms.T)):
+            planes = [k for k in range(len(rows)) if model.geom_type[geoms[side][k]] == PLANE]
+            ways = bodies[1 - side], bodies[side]
+            for k in planes if bodies[side] == ancestor else ():
+                lowest = _lowest(
+                    model, data, reaches[1 - side], places[1 - side], geoms[side][k], swept, walls,
+                    ways,
+                )  # fmt: skip
+                rows[k] = lowest - sizes[1 - side]
     return found[0], found[1]
+
+
+def _lowest(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    own: Reach,
+    points: Array,
+    plane: int,
+    joints: list[int],
+    walls: Collection[int],
+    bodies: tuple[int, int],
+) -> Array:
+    """Return how high the points of the first body stay at least above a plane of the second."""
+    point, normal = data.geom_xpos[[plane]], data.geom_xmat[plane, 2::3]
+    lowest = own.lowest(point[0], normal)
+    if joints and lowest.size:
+        within = swept_gaps(model, data, joints, walls, bodies, [points, point], normal)
+        lowest = np.maximum(lowest, within[:, 0])
+    return lowest
 
 
 def _room(gaps: tuple[Array, Array], bare: NDArray[np.bool_]) -> float:

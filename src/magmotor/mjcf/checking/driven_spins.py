@@ -29,11 +29,17 @@ TURNING = [
 ]
 """How actuators act whose torque on a rotor does not change as it turns."""
 
+TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+"""How actuators act whose torque on a rotor may change, so that the speed is unknown."""
+
 FIXED = int(mujoco.mjtGain.mjGAIN_FIXED)
 NO_BIAS, AFFINE = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
 
 FAST = 1e10
 """Speed in rad/s at which MuJoCo resets a state; what exceeds it is not damped."""
+
+HELD = 2 * np.pi
+"""Turn in rad within which springs and servos must balance a torque to hold a rotor."""
 
 ACROSS = 0.1
 """Part of a moment across the axis of its turns from which other magnets may follow it."""
@@ -91,11 +97,18 @@ class Motor(NamedTuple):
     slope: float
     largest: float
     """Largest force."""
+    stiffness: float = 0.0
+    """Of a servo that holds an angle."""
 
     def torque(self, speed: float) -> float:
         """Return the torque at a speed."""
         force = self.push - self.slope * self.gear * speed
         return self.gear * max(-self.largest, min(self.largest, force))
+
+    @property
+    def hold(self) -> float:
+        """Return the torque with which it holds an angle."""
+        return self.gear * min(self.largest, self.stiffness * self.gear * HELD)
 
 
 def _speeds(model: mujoco.MjModel, state: mujoco.MjData) -> Array:
@@ -113,7 +126,9 @@ def _speeds(model: mujoco.MjModel, state: mujoco.MjData) -> Array:
     moments *= _rotors(model) * _acts(model)[:, np.newaxis]
     for actuator, dof in np.argwhere(moments).tolist():
         motors[dof].append(_motor(model, state, actuator, abs(float(moments[actuator, dof]))))
-    damping = _damping(model)
+    damping = 0 * model.dof_damping if disabled(model, "damper") else _damping(model)
+    friction = model.dof_frictionloss * (not disabled(model, "frictionloss"))
+    stiffness = model.jnt_stiffness * (not disabled(model, "spring"))
     for dof, own in enumerate(motors):
         joint = int(model.dof_jntid[dof])
         most = abs(model.jnt_actfrcrange[joint]).max() if model.jnt_actfrclimited[joint] else np.inf
@@ -121,11 +136,12 @@ def _speeds(model: mujoco.MjModel, state: mujoco.MjData) -> Array:
         def excess(speed: float, dof: int = dof, most: float = most) -> float:
             """Return the torque minus friction and damping, which falls with the speed."""
             torque = min(most, sum(motor.torque(speed) for motor in motors[dof] if motor))
-            return torque - float(model.dof_frictionloss[dof]) - damping[dof] * speed
+            return torque - float(friction[dof]) - damping[dof] * speed
 
+        held = float(stiffness[joint]) * HELD + sum(motor.hold for motor in own if motor)
         if None in own:
             speeds[dof] = np.nan
-        elif own and excess(0.0) > 0:
+        elif own and excess(0.0) > held:
             bounded = math.isfinite(excess(0.0)) and excess(FAST) < 0
             root = brentq(excess, 0.0, FAST, xtol=1e-300, maxiter=1000) if bounded else np.nan
             speeds[dof] = root
@@ -133,10 +149,11 @@ def _speeds(model: mujoco.MjModel, state: mujoco.MjData) -> Array:
 
 
 def _acts(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Return which actuators turn rotors by a torque of their own."""
+    """Return which actuators turn rotors by a torque of their own, or of a tendon."""
     groups = np.clip(model.actuator_group, 0, 30)
     enabled = (model.opt.disableactuator >> groups & 1) == 0
-    return np.isin(model.actuator_trntype, TURNING) & enabled & (not disabled(model, "actuation"))
+    kinds = np.isin(model.actuator_trntype, [*TURNING, TENDON])
+    return kinds & enabled & (not disabled(model, "actuation"))
 
 
 def _motor(model: mujoco.MjModel, state: mujoco.MjData, actuator: int, gear: float) -> Motor | None:
@@ -149,14 +166,26 @@ def _motor(model: mujoco.MjModel, state: mujoco.MjData, actuator: int, gear: flo
     if largest == math.inf and follows:
         control = control_of(model, actuator)
         largest = abs(np.append(model.key_ctrl[:, control], state.ctrl[control])).max() or math.inf
-    if position and bias == AFFINE:  # a servo that holds an angle
-        return Motor(gear, 0.0, 0.0, 0.0)
-    if gain != FIXED or bias not in (NO_BIAS, AFFINE) or largest == math.inf:
-        return None
     limited = model.actuator_forcelimited[actuator]
-    most = abs(model.actuator_forcerange[actuator]).max() if limited else math.inf
+    most = float(abs(model.actuator_forcerange[actuator]).max()) if limited else math.inf
+    if model.actuator_trntype[actuator] == TENDON:
+        return None
+    if position < 0 and bias == AFFINE and follows:
+        return Motor(gear, 0.0, 0.0, most, -position)
+    if _is_damper(model, actuator):
+        return Motor(gear, 0.0, 0.0, most)
+    if position or gain != FIXED or bias not in (NO_BIAS, AFFINE) or largest == math.inf:
+        return None
     push = abs(model.actuator_gainprm[actuator, 0]) * float(largest) + abs(constant)
-    return Motor(gear, push, -velocity, float(most))
+    return Motor(gear, push, -velocity, most)
+
+
+def _is_damper(model: mujoco.MjModel, actuator: int) -> bool:
+    """Return whether an actuator only brakes, by its control times the speed."""
+    constant, position, velocity = model.actuator_gainprm[actuator, :3].tolist()
+    affine = int(model.actuator_gaintype[actuator]) == int(mujoco.mjtGain.mjGAIN_AFFINE)
+    brakes = velocity <= 0 == constant == position and affine
+    return brakes and int(model.actuator_biastype[actuator]) == NO_BIAS
 
 
 def _damping(model: mujoco.MjModel) -> Array:
@@ -175,7 +204,7 @@ def _rotors(model: mujoco.MjModel) -> NDArray[np.bool_]:
     for joint, kind in enumerate(model.jnt_type.tolist()):
         first = int(model.jnt_dofadr[joint])
         end = first + {HINGE: 1, BALL: 3, FREE: 6}.get(kind, 0)
-        held = model.jnt_limited[joint] or model.jnt_stiffness[joint]
+        held = model.jnt_limited[joint] and not disabled(model, "limit")
         if end > first and not held and end - 1 not in model.dof_parentid:
             rotors[max(first, end - 3) : end] = True
     return rotors

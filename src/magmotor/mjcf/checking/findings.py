@@ -113,7 +113,8 @@ def _misplaced(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]
     try:
         magnetic_energy(model, state)
     except ValueError as error:
-        yield Failure(str(error), "(in the state given)")
+        sentence = str(error).removesuffix("; mm.check(model) says what keeps it above")
+        yield Failure(sentence, "(in the state given)")
 
 
 def _overlaps(model: mujoco.MjModel, state: mujoco.MjData, where: str) -> Iterator[Failure]:

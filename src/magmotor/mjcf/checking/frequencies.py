@@ -2,7 +2,8 @@
 
 A magnet of the moment m turns in the field B against the stiffness m B, and another magnet that
 follows its turns stiffens it. It swings against the gradient of the force, at most 4 F/r of each
-partner, twice that if the partner swings, too. Images in a plane of iron are partners that follow.
+partner, twice that if the partner swings, too, and that of an applied field; where this varies, a
+turn changes the force, and a swing the torque. Images in a plane of iron are partners that follow.
 A joint swings in its periodic potential, against the largest curvature of that.
 """
 
@@ -16,7 +17,7 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.applied_fields import applied_field
+from magmotor.mjcf.checking.applied_fields import applied_field, variation
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.field_and_energy import coupling_factors
@@ -35,6 +36,8 @@ class Stiffness(NamedTuple):
     """In N m."""
     swinging: Array
     """In N/m."""
+    coupling: Array
+    """Of a turn with a swing, in N."""
 
 
 def frequencies(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, float]:
@@ -43,9 +46,15 @@ def frequencies(model: mujoco.MjModel, data: mujoco.MjData) -> dict[int, float]:
     magnets = [magnet for magnet in whole if magnet.strengths.any()]
     planes = [magnet for magnet in whole if magnet.images]
     found, stiffness = {}, _stiffness(model, data, magnets, planes)
-    for magnet, (turning, swinging) in zip(magnets, stiffness, strict=True):
+    for magnet, (turning, swinging, coupling) in zip(magnets, stiffness, strict=True):
         if _moves(model, magnet.body):
             linear, angular = _jacobians(model, data, magnet)
+            for n in np.flatnonzero(coupling):
+                # 2 c s t is at most c (e s^2 + t^2/e) for any e.
+                swing, turn = (_frequency(model, data, own[n : n + 1]) for own in (linear, angular))
+                if swing and turn:
+                    swinging[n] += coupling[n] * turn / swing
+                    turning[n] += coupling[n] * swing / turn
             rows = [
                 np.sqrt(swinging)[:, None, None] * linear,
                 np.sqrt(turning)[:, None, None] * angular,
@@ -144,6 +153,7 @@ def _stiffness(
     follows = model.body_dofnum[welds] > 0
     strengths = np.linalg.norm(moments, axis=1)
     given = np.nan_to_num(applied_field(model, data, positions, welds))  # elsewhere an error
+    varies, bends = variation(model, data, positions, welds)
     sources = [(positions, moments, 0.0)]
     for plane in planes:
         normal = data.geom_xmat[plane.elements[0] - model.nsite, 2::3]
@@ -172,8 +182,10 @@ def _stiffness(
                 turning[n] += strengths[i] * (of_each @ follows)
                 swinging[n] += 24 * strengths[i] * (of_each / distance**2) @ (1 + follows)
             turning[n] += strengths[i] * np.linalg.norm(field)
-        first += len(magnet.positions)
-        yield Stiffness(turning, swinging)
+        own = slice(first, first + len(magnet.positions))
+        swinging += strengths[own] * bends[own]
+        first = own.stop
+        yield Stiffness(turning, swinging, strengths[own] * varies[own])
 
 
 def _jacobians(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> tuple[Array, Array]:

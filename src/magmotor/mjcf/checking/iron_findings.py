@@ -57,7 +57,7 @@ def _rows(
         others = f"{len(own) - 1} other piece{'s' * (len(own) > 2)}"
         yield Failure(
             label(model, "geom", geoms[own[0]]),
-            f"and {others} of iron of its body touch, and magnetize each other too {wrongly};"
+            f"and {others} of iron of its rigid body touch, and magnetize each other too {wrongly};"
             " make them one geom",
         )
 

@@ -17,9 +17,11 @@ from magmotor.mjcf.checking.contact_rule import (
     softness_of,
 )
 from magmotor.mjcf.checking.failure import rounded_down
-from magmotor.mjcf.checking.reach import joints_between
+from magmotor.mjcf.checking.reach import STRAIGHT, joints_between, reach
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.forces.joint_potentials import HINGE
+
+BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 
 
 class SoftLimit(NamedTuple):
@@ -73,7 +75,7 @@ def softest_limit(
         limit = softness_of(model.jnt_solref[joint], model.jnt_solimp[joint])
         mass = 1 / float(model.dof_invweight0[model.jnt_dofadr[joint]])
         if model.jnt_type[joint] == HINGE:
-            mass /= max(_arm(model, data, joint, magnets) ** 2, 1e-300)
+            mass /= max(_arm(model, data, joint, magnets, joints) ** 2, 1e-300)
         way = Approach(4 * force / gradient, force, mass, mass, room / len(joints))
         longest[joint] = longest_time_constant(way, limit)
         excess[joint] = limit.stiffness_time(shortest) / longest[joint]
@@ -88,10 +90,31 @@ def softest_limit(
 
 
 def _arm(
-    model: mujoco.MjModel, data: mujoco.MjData, joint: int, magnets: tuple[Magnet, Magnet]
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    joint: int,
+    magnets: tuple[Magnet, Magnet],
+    walls: Sequence[int],
 ) -> float:
-    """Return how far from the axis of a hinge the dipoles that it moves are at most."""
-    axis, anchor = data.xaxis[joint], data.xanchor[joint]
-    moved = [each for each in magnets if joint in joints_between(model, 0, each.body)]
-    places = np.concatenate([each.positions for each in moved]) - anchor
-    return float(np.linalg.norm(np.cross(places, axis), axis=1).max())
+    """Return how far from the axis of a hinge the dipoles that it moves can be at most.
+
+    `walls` are the joints that stop at their limits. Where a slide has none, it is how far they are
+    at present.
+    """
+    axis, longest = data.xaxis[joint], 0.0
+    for magnet in magnets:
+        chain = joints_between(model, 0, magnet.body)
+        if joint not in chain:
+            continue
+        turning = [j for j in chain if model.jnt_type[j] in (HINGE, BALL)]
+        place = turning.index(joint)
+        links = reach(model, data, magnet.body, 0, magnet.positions, walls).links[place + 1 :]
+        own = [j for j in turning[place:] if model.jnt_type[j] == HINGE]
+        parallel = np.linalg.norm(np.cross(data.xaxis[own], axis), axis=1) <= STRAIGHT
+        across = axis if parallel.all() and len(own) == len(turning[place:]) else None
+        arms = sum(link.lengths(across)[1] for link in links)
+        if not np.isfinite(arms).all():
+            places = magnet.positions - data.xanchor[joint]
+            arms = np.linalg.norm(np.cross(places, axis), axis=1)
+        longest = max(longest, float(np.max(arms)))
+    return longest

@@ -61,6 +61,8 @@ def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failu
         can, remedy = "may come near each other", "keep them farther apart"
     elif not len(pair.touching):
         can, remedy = "can come near each other", "let them collide, with a margin"
+    if found.excluded:
+        remedy = "the model excludes their contact, so that nothing keeps them apart"
     of_spheres = (
         ": at 2.1 radii, the true force of two equal spheres is 2.8 times that of the model"
         " along the field, and 0.75 times across it; with a margin of a quarter of the radius"
@@ -71,6 +73,7 @@ def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failu
         f"are pieces of iron that {can}, where one dipole each does not describe them;"
         f" {remedy}{of_spheres * bool(spheres)}",
         pair.number,
+        note=found.excluded,
     )
 
 
@@ -95,9 +98,9 @@ def _coarseness(model: mujoco.MjModel, pair: Meeting, apart: float, within: floa
     return Failure(
         names_of(model, pair),
         "attract each other too strongly in poses in which they touch: there, dipoles are"
-        f" {apart:.2g} m from {partners}, and each stands for a piece of {within:.2g} m; take a"
-        " layout such as mm.magnet's for error=0.5 and a gap of 0.3 times its thickness or, if it"
-        " is longer than wide, of 0.4 times its width",
+        f" {apart:.2g} m from {partners}, and each stands for a piece of up to {within:.2g} m;"
+        " take a layout such as mm.magnet's for error=0.5 and a gap of 0.3 times its thickness or,"
+        " if it is longer than wide, of 0.4 times its width",
         pair.number,
     )
 
@@ -188,8 +191,8 @@ def _outcome(
     percent = 100 * approach.distance / approach.depth
     by, unit = ("by", "their radius") if pair.exact else ("by up to", "the depth of a dipole")
     return (
-        f"will stick, but penetrate each other {by} {rest * percent:.2g} % of {unit} at rest, and"
-        f" by up to {math.ceil(deepest * percent)} % as they meet"
+        f"will stick once they touch, but penetrate each other {by} {rest * percent:.2g} % of"
+        f" {unit} at rest, and by up to {math.ceil(deepest * percent)} % as they meet"
     )
 
 

@@ -142,6 +142,7 @@ def reach(
             travel = np.array([-np.inf, np.inf])
             if joint in walls:
                 travel = model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]
+                travel = np.array([min(0.0, travel[0]), max(0.0, travel[1])])  # it may be outside
             way = data.xaxis[joint][:, np.newaxis]
             ends = np.multiply(way, travel, out=np.zeros((3, 2)), where=abs(way) > STRAIGHT)
             travels.append(np.sort(ends, axis=1))

@@ -124,7 +124,7 @@ def _range(
     if not stops:
         return -np.pi, np.pi
     low, high = model.jnt_range[joint] - data.qpos[model.jnt_qposadr[joint]]
-    return float(low), float(high)
+    return min(0.0, float(low)), max(0.0, float(high))  # it may be outside of its range
 
 
 def _moved(
