@@ -540,6 +540,41 @@ def test_what_holds_a_rotor_and_what_drives_it(parts, said):
     assert [said in each for each in spins] == [True] * bool(said)
 
 
+FLYWHEEL = """
+<mujoco>
+  <option integrator="{}" gravity="0 0 0"/>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <body name="wheel"><joint axis="0 0 1" damping="1e-4"/>
+      <geom type="cylinder" size=".05 .005" mass=".2"/><site pos=".04 0 0" zaxis="1 0 0" user="1"/>
+    </body>
+    <body name="follower" pos="0 0 .06"><joint type="ball" damping="1e-7"/>
+      <geom type="cylinder" size=".015 .003" mass=".02"/><site zaxis="1 0 0" user=".5"/></body>
+  </worldbody>
+  <actuator><motor joint="{}" gear="{}" ctrlrange="-1 1"/></actuator>
+</mujoco>"""
+
+
+def test_drag_slows_what_follows_a_magnet_that_turns():
+    """The motion never exceeds the speed at which drag balances m B across the axis."""
+    text = FLYWHEEL.replace('axis="0 0 1"', 'name="spin" axis="0 0 1"')
+    (said,) = (each for each in mm.check(
+        mujoco.MjModel.from_xml_string(text.format("Euler", "spin", 0.02))
+    ).findings if "follower" in each)  # fmt: skip
+    speed = float(said.split("can spin at ")[1].split()[0])
+    across = 1e-7 * (3 * 0.04**2 / 0.0052 - 1) / 0.0052**1.5  # of 1 A m^2 at (0.04, 0, -0.06) m
+    assert speed == pytest.approx(0.5 * abs(across) / 1e-7, rel=0.01)
+    model = mujoco.MjModel.from_xml_string(text.format("RK4", "spin", 0.02))
+    data, fastest = mujoco.MjData(model), 0.0
+    data.ctrl[:] = 1.0
+    with mm.magnetism():
+        for _ in range(5000):
+            mujoco.mj_step(model, data)
+            fastest = max(fastest, abs(data.qvel[3]))
+    assert data.qvel[0] > 150
+    assert fastest < speed
+
+
 def test_what_euler_lets_grow_of_a_body_that_tumbles():
     model = load(inertia="1 1.3 1.8", step=5e-3)
     (finding,) = mm.check(model, spinning(model, (0, 60, 0))).findings

@@ -1,5 +1,7 @@
 """`check` in states where no force is defined, and the names that it gives to elements."""
 
+import math
+import re
 import warnings
 
 import mujoco
@@ -539,6 +541,24 @@ def swing(omega_h, integrator="Euler", driven="", more=""):
     text = SWING.format(field=(omega_h / 2e-3) ** 2 * inertia / 0.5, integrator=integrator,
                         driven=driven, more=more)  # fmt: skip
     return mujoco.MjModel.from_xml_string(text)
+
+
+def test_swings_that_rk4_damps_are_a_note():
+    """Small ones, over two of the times in which it takes a factor of e from their energy."""
+    assert not any("RK4" in note for note in mm.check(swing(0.4, "RK4")).notes)
+    model = swing(0.8, "RK4")
+    (note,) = (note for note in mm.check(model).notes if "omega h = 0.8" in note)
+    steps = float(re.findall(r"of such swings in (\S+) steps", note)[0])
+    data = mujoco.MjData(model)
+    data.qpos[0] = 0.01
+    energies = []
+    with mm.magnetism():
+        for _ in range(2):
+            mujoco.mj_forward(model, data)
+            inertia, speed = model.dof_M0[0], data.qvel[0]
+            energies.append(inertia * (speed**2 + (0.8 / 2e-3 * data.qpos[0]) ** 2))
+            mujoco.mj_step(model, data, nstep=round(2 * steps))
+    assert math.log(energies[0] / energies[1]) == pytest.approx(2, rel=0.1)  # by (omega h)^8/576
 
 
 @pytest.mark.parametrize(

@@ -942,6 +942,20 @@ def test_positions_that_friction_slows_down_relax_after_the_steps_they_are_said_
     assert float((run.qpos**2).mean()) == pytest.approx(1.0, abs=0.18)  # 0.041
 
 
+def test_a_start_hotter_than_the_sample_must_be_forgotten_to_fractions_of_kt():
+    """Of 400 replicas; 5 standard errors of <v^2> over kT are 0.11 (one in 2e6 seeds)."""
+    langevin = mm.Langevin(mujoco.MjModel.from_xml_string(SPRING.format(0, 1)), kT=1e-4, seed=1)
+    hot = mujoco.MjData(langevin.model)
+    hot.qvel[:] = 1.0
+    settle = 50  # leaves e^-5 of an energy of 1e4 kT/2
+    with pytest.warns(UserWarning, match=r"of about 1e\+04 times kT") as caught:
+        langevin.sample(100, replicas=400, every=10, settle=settle, initial=hot)
+    steps = float(re.findall(r"settle for (\S+) steps", str(caught[0].message))[0])
+    assert steps == pytest.approx(math.log(1e6) / 0.1, rel=0.05)
+    run = langevin.sample(100, replicas=400, every=10, settle=int(steps), initial=hot)
+    assert float((run.qvel**2).mean()) == pytest.approx(1e-4, rel=0.12)
+
+
 @pytest.mark.parametrize(("stiffness", "damping", "rate"), [
     (0, 0.5, 1.0),  # a free velocity
     (1, 20, 0.1003),  # an overdamped position

@@ -186,10 +186,8 @@ class Survey:
             advice.notes += (f"{little} is not judged: {listed(still)}",)
         unturned = quantity.unturned(truth.path.values[: last + 1])
         if unturned:
-            what = (
-                f"the range and the errors of what did not come back within {advice.horizon:.3g} s"
-            )
-            advice.notes += (f"{what} may be larger over a longer duration: {listed(unturned)}",)
+            only = f"within {advice.horizon:.3g} s, {listed(unturned)} moved one way only"
+            advice.notes += (f"{only}: over a longer duration, range and error may be larger",)
         doubts = over(truth.doubt[last], ranges)
         if doubts[0] <= TRUSTED * advice.error < advice.doubt:
             worst = names[int(doubts[-len(names) :].argmax())]

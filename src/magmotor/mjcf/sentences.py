@@ -73,11 +73,11 @@ _OF_NOTICES = {
     UNRESOLVED: (
         "within one timestep, magnetism moved body {} by about its size, or alone would turn it by"
         " more than 4 rad from rest, so that it may fly apart; mm.check(model) proposes a timestep"
-        " and contacts that hold"
+        " and contacts for magnets that touch"
     ),
     SUNKEN: (
         "body {} has sunk into body {} by more than a quarter of its width, so that their dipoles"
-        " are too near; mm.check(model) proposes a timestep and contacts that hold"
+        " are too near; mm.check(model) proposes a timestep and contacts for magnets that touch"
     ),
     OVERWRITTEN: (
         "magnetism() has overwritten the force that was set in xfrc_applied of body {}: it sets"

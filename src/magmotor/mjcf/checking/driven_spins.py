@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from magmotor.common.arrays import Array
+from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.applied_fields import applied_field
 from magmotor.mjcf.checking.strengths import (
     FOLLOWING,
     Magnet,
@@ -62,7 +64,10 @@ def driven_velocities(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[t
     for magnet in magnets_of(model, data) if turns.any() else ():
         if _follows(model, magnet) and magnet.body not in turned:
             end = model.dof_bodyid.searchsorted(magnet.body) + int(model.body_dofnum[magnet.body])
-            driven[end - 3 : end] = turns @ data.xmat[magnet.body].reshape(3, 3)
+            drag = float(model.dof_damping[end - 1]) * np.linalg.norm(turns)
+            torque = _turning_torque(model, data, magnet, turns)
+            slip = min(1.0, torque / drag) if drag else 1.0
+            driven[end - 3 : end] = slip * turns @ data.xmat[magnet.body].reshape(3, 3)
     if turns.any():
         yield " as it follows a magnet or a field that turns", driven
 
@@ -87,6 +92,26 @@ def _follows(model: mujoco.MjModel, magnet: Magnet) -> bool:
     """Return whether a magnet can turn about all axes, so that it follows a field."""
     joint = int(model.body_jntadr[magnet.body])
     return bool(magnet.strengths.any() and joint >= 0 and model.jnt_type[joint] in (FREE, BALL))
+
+
+def _turning_torque(
+    model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet, turns: Array
+) -> float:
+    """Return the torque in N m about an axis with which other magnets and fields turn a magnet.
+
+    It is m B of the field across the axis, from where the others are now.
+    """
+    welds = np.full(len(magnet.positions), magnet.body)
+    flux = np.nan_to_num(applied_field(model, data, magnet.positions, welds))
+    for other in magnets_of(model, data):
+        if other.body != magnet.body and not other.images:
+            apart = magnet.positions[:, np.newaxis] - other.positions
+            distance = np.maximum(np.linalg.norm(apart, axis=2, keepdims=True), COINCIDENCE)
+            moments, way = other.strengths[:, np.newaxis] * other.axes, apart / distance
+            along = (way * moments).sum(axis=2, keepdims=True)
+            flux += PERMEABILITY_OVER_4PI * ((3 * along * way - moments) / distance**3).sum(axis=1)
+    across = np.linalg.norm(np.cross(flux, turns), axis=1) / np.linalg.norm(turns)
+    return float(magnet.strengths @ across)
 
 
 class Motor(NamedTuple):

@@ -21,7 +21,8 @@ TOLERATED, INTOLERABLE, FORGOTTEN = 0.01, 0.1, 0.01
 """Mean parts of the initial energy in the records: up to the first one, the relative error that our
 documents state of temperatures, there is no warning, and above the second one, there always is.
 Between them, there is one if the part exceeds the standard error of this energy in the sample. The
-third one is left after the proposed number of steps.
+third one is left after the proposed number of steps. A start that is hotter than kT counts as many
+times as it is hotter.
 """
 
 LINEAR = 2.0
@@ -84,6 +85,7 @@ def unsettled(
     start, numbers = np.eye(2 * n)[:, n:], (settle, every, records, replicas)
     kept = np.abs(np.diag(step(motion, timestep)[n:, n:]))
     loss, shape = -2 * math.log(max(kept.max(), LEAST)), np.eye(n)[kept.argmax()]
+    hot = _times_hotter(model, data, inertia, kT)
     if forces is not None:
         try:
             stiffness = basis.T @ stiffness_matrix(model, data, forces) @ basis
@@ -92,12 +94,12 @@ def unsettled(
         except (ValueError, mujoco.FatalError):  # which the run meets, too
             return ""
         # The energy of an oscillation is lost half as fast.
-        if not held.any() and not _too_much(loss / 2, *numbers):
+        if not held.any() and not _too_much(loss / 2, hot, *numbers):
             return ""
         motion = motion._replace(stiffness=modes * np.maximum(values, 0.0) @ modes.T)
         start = block_diag(modes[:, held] / np.sqrt(values[held]), np.eye(n))
         loss, shape = _slowest(step(motion, timestep), motion.stiffness, start)
-    left = _too_much(loss, *numbers)
+    left = _too_much(loss, hot, *numbers)
     if not left or (forces is None and loss == 0.0):
         return ""
     position, velocity = np.split(start @ shape, 2)
@@ -111,13 +113,20 @@ def unsettled(
         too_strong = "its position"
     elif rate * timestep > 2.0:
         too_strong = "the rule of part O"
+    start = f" (of about {hot:.2g} times kT for each degree of freedom)" if hot > 1.0 else ""
     return (
         f"{label(model, 'joint', model.dof_jntid[slowest])}: on average, the records still contain"
-        f" {100 * left:.3g} % of the energy with which its motion starts, the same in all"
+        f" {100 * left:.3g} % of the energy with which its motion starts{start}, the same in all"
         " replicas, so that their mean is not that of equilibrium and their spread is not its"
-        f" error; {_remedy(loss, rate, timestep, too_strong)} (by small motions about the initial"
-        " position)"
+        f" error; {_remedy(loss, rate, timestep, hot, too_strong)} (by small motions about the"
+        " initial position)"
     )
+
+
+def _times_hotter(model: mujoco.MjModel, data: mujoco.MjData, inertia: Array, kT: float) -> float:
+    """Return the kinetic energy of a state over that at a temperature, at least 1."""
+    energy = float(data.qvel @ inertia @ data.qvel)
+    return max(1.0, energy / (model.nv * kT)) if kT > 0.0 else 1.0
 
 
 def _held(
@@ -149,30 +158,32 @@ def _held(
     return held & stays.all()
 
 
-def _remedy(loss: float, rate: float, timestep: float, too_strong: str) -> str:
+def _remedy(loss: float, rate: float, timestep: float, hot: float, too_strong: str) -> str:
     """Return what to do about friction of a rate that takes away this part of an energy a step."""
     if loss <= 0.0:
         return "nothing damps it there: give a rate such as friction=1.0"
-    needed = math.ceil(-math.log(FORGOTTEN) / loss)
+    needed = math.ceil(-math.log(FORGOTTEN / hot) / loss)
     why = f"friction damps it at {rate:.2g} per s"
     if too_strong:
         why += f", too strongly for {too_strong} to follow in fewer steps"
     duration = f"{needed:.2g} steps ({needed * timestep:.2g} s)"
-    return f"{why}: settle for {duration}, which leaves {100 * FORGOTTEN:g} %"
+    return f"{why}: settle for {duration}, which leaves {100 * FORGOTTEN / hot:.2g} %"
 
 
-def _too_much(loss: float, settle: int, every: int, records: int, replicas: int) -> float:
+def _too_much(
+    loss: float, hot: float, settle: int, every: int, records: int, replicas: int
+) -> float:
     """Return the mean part in the records of an energy that decays by exp(-loss) in a step.
 
-    The result is 0 if this is tolerated. The relative variance of an energy is 2, and its
-    correlation decays as it does.
+    The result is 0 if this is tolerated of a start that is `hot` times hotter than the sample. The
+    relative variance of an energy is 2, and its correlation decays as it does.
     """
     lost = loss * every
     mean = math.expm1(-lost * records) / math.expm1(-lost) / records if lost > 0.0 else 1.0
     left = math.exp(-loss * (settle + every)) * mean
     independent = replicas * min(max(lost * records / 2, 1.0), records)
     tolerated = min(max(math.sqrt(2 / independent), TOLERATED), INTOLERABLE)
-    return left if left > tolerated else 0.0
+    return left if left * hot > tolerated else 0.0
 
 
 def _slowest(step: Array, stiffness: Array, start: Array) -> tuple[float, Array]:
