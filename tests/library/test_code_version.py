@@ -9,6 +9,7 @@ import platform
 import re
 import shutil
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import llvmlite.binding as llvm
 import pytest
 from numba import njit, types
 from numba.core import config, event, registry
+from tqdm import tqdm
 
 import magmotor as mm
 from magmotor.commands.movie import timed
@@ -423,3 +425,15 @@ def _negative(x):
 @subroutine
 def _reciprocal(x):
     return 1.0 / x
+
+
+def test_a_progress_bar_has_the_lock_of_all_bars(monkeypatch):
+    """One of its own would stay locked in forks after a process that held it was killed."""
+    lock = threading.RLock()
+    monkeypatch.setattr(tqdm, "_lock", lock, raising=False)
+    bar = compilation_notice.Progress(total=1, disable=True)
+    bar.close()
+    assert bar.get_lock() is lock
+    monkeypatch.delattr(tqdm, "_lock")
+    assert compilation_notice.Progress.get_lock() is tqdm.get_lock()
+    assert "_lock" not in vars(compilation_notice.Progress)

@@ -123,6 +123,11 @@ class Progress(tqdm):
         self._compiled = COMPILATION.seconds
         super().__init__(*args, **kwargs)
 
+    @classmethod
+    def get_lock(cls) -> Any:
+        """Return the lock of all bars: one of its own would not be replaced with that of tqdm."""
+        return tqdm.get_lock()
+
     def update(self, n: float | None = 1) -> bool | None:
         """Advance the bar."""
         if not self.disable:
