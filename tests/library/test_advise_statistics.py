@@ -9,6 +9,7 @@ import pytest
 from advised_models import OSCILLATOR, PENDULUM, TRAP, Clock, started
 
 import magmotor as mm
+from magmotor.advice.advice import Advice
 from magmotor.advice.paths import Runs
 from magmotor.advice.statistics import Ensemble, Statistic, certain, cheapest, errors, unproven
 from magmotor.advice.thermal import Thermal
@@ -106,6 +107,14 @@ def ensemble(kinetic):
     energies = kinetic + 1e-3 * noise
     path = np.sin(np.arange(64.0))[:, np.newaxis]
     return Ensemble([path] * 8, [np.repeat(energy, 64) for energy in energies], 1.0)
+
+
+def test_errors_of_statistics_are_printed_to_the_digits_that_they_have():
+    errors = [(0.0123, 0.004), (0.5, 0.123), (5.4e4, 5.3e4), (math.inf, math.nan)]
+    rows = (Statistic("Euler", 0.1, f"{k}", *pair, 1.0) for k, pair in enumerate(errors))
+    advice = Advice("positions", 0.01, 1.0, statistics=(*rows,))
+    for printed in ("1.2 ± 0.4 %", "50 ± 12 %", "5.4e+06 ± 5e+06 %", "diverged"):
+        assert printed in str(advice)
 
 
 @pytest.mark.parametrize(("order", "factor"), [(0.5, 0.414), (1, 1.0), (2, 6.0)])

@@ -178,7 +178,7 @@ def _with_doubt(statistic: Statistic) -> str:
     if math.isinf(statistic.error):
         return "diverged"
     doubt = 100 * statistic.doubt
-    rounded = f"{doubt:.0f}" if doubt >= 9.5 else f"{doubt:.1g}"
+    rounded = f"{doubt:.0f}" if 9.5 <= doubt < 999.5 else f"{doubt:.1g}"
     return f"{100 * statistic.error:.2g} ± {rounded} %"
 
 
