@@ -176,7 +176,7 @@ def test_the_callback_is_what_it_compiles_meanwhile(commands, monkeypatch):
     monkeypatch.setattr(callbacks, "_callback", compiled)
     monkeypatch.setattr(binding, "_bound", False)
     callbacks._bind.__wrapped__()
-    of_ours = {f"magmotor_{name}" for name in ("apply_forces", "first_error", "report")}
+    of_ours = {f"magmotor_{name}" for name in ("apply_forces", "find_error", "report", "table_of")}
     assert of_ours | {"mj_applyFT", "mj_passive", "mj_warning"} <= set(bound)
 
 
@@ -215,7 +215,8 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
         return names
 
     of_callers = {"magmotor_apply_forces", "magmotor_forces_address"}
-    of_callers |= {"magmotor_invalid_index", "magmotor_checked_address"}
+    of_callers |= {"magmotor_table_of", "magmotor_tables_address", "mju_malloc"}
+    of_callers |= {"magmotor_invalid_index"}
     assert bound(all_forces.compile_alone) == bound(all_forces.bind_others) - of_callers
     assert len(bound(all_forces.bind_others)) == 11
 

@@ -236,9 +236,9 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
 
 def test_what_is_compiled_by_itself_is_known_by_its_signature():
     modules, constants = numba_cache.reached(inspect.unwrap(callbacks._callback))
-    assert {"magmotor.mjcf.callbacks", "magmotor.mjcf.forces.dipole_sites"} <= modules
+    assert {"magmotor.mjcf.callbacks", "magmotor.mjcf.declarations.why_inert"} <= modules
     assert "magmotor.mjcf.forces.all_forces" not in modules
-    numbers = ", ".join(5 * ["int64"])
+    numbers = ", ".join(6 * ["int64"])
     signature = f"magmotor_apply_forces({numbers}, bool, int64) -> int64"
     assert f"magmotor.mjcf.callbacks.apply_forces = {signature}" in constants
 

@@ -23,8 +23,8 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import reject
 from magmotor.common.hints import Picture, fraction, number
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations.marks import UNMARKED
 from magmotor.mjcf.describe import described, elsewhere
-from magmotor.mjcf.forces.marks import UNMARKED
 from magmotor.mjcf.magnetism import is_open
 from magmotor.mjcf.unit_system import own_units
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations.marks import DIPOLES
 from magmotor.mjcf.declared import name_of
-from magmotor.mjcf.forces.marks import DIPOLES
 from magmotor.mjcf.lookup import disabled, number_of
 
 Numbers = NDArray[np.integer]

@@ -13,8 +13,8 @@ from magmotor.advice.silence import quiet
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, reject
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.forces.brownian_wrenches import FACTOR, LEVEL, PATH_NUMBERS
-from magmotor.mjcf.forces.marks import NOISE
 from magmotor.mjcf.lookup import INTEGRATORS
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION

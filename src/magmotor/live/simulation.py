@@ -14,7 +14,7 @@ from magmotor.device.device import Scene
 from magmotor.device.job import METHODS
 from magmotor.live.panel import MOVED, Panel
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.forces.marks import DIPOLES, NOISE
+from magmotor.mjcf.declarations.marks import DIPOLES, NOISE
 from magmotor.mjcf.magnetism import apply_perturbation, magnetism
 from magmotor.noise import check_seed
 from magmotor.run.in_mujoco import INTEGRATORS

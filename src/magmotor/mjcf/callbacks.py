@@ -19,21 +19,8 @@ from numba import types
 
 import magmotor_plugin
 from magmotor.mjcf import binding, errors, layout, memory, messages, sentences
-from magmotor.mjcf.forces.all_forces import apply_forces, first_error
-from magmotor.mjcf.forces.brownian_wrenches import (
-    add_brownian_wrenches,
-    in_later_stage,
-    step_number,
-)
-from magmotor.mjcf.forces.coils import drives_checksum
-from magmotor.mjcf.forces.dipole_sites import (
-    MEASURED,
-    SWITCHED_OFF,
-    count_dipoles,
-    why_inert,
-)
-from magmotor.mjcf.forces.magnetometers import misplaced_sensor, read_magnetometers
-from magmotor.mjcf.forces.marks import (
+from magmotor.mjcf.declarations.magnetometers import check_magnetometers
+from magmotor.mjcf.declarations.marks import (
     COILS,
     FIELDS,
     NOISE,
@@ -41,15 +28,19 @@ from magmotor.mjcf.forces.marks import (
     UNMARKED,
     UNREADABLE,
     WRONG,
-    plugin_instance,
 )
-from magmotor.mjcf.forces.valid_indices import (
-    checked_forces_of,
-    current_forces_of,
-    is_at_start,
-    is_readable,
-    stays_readable,
+from magmotor.mjcf.declarations.reader import acting_kinds, find_error, table_of
+from magmotor.mjcf.declarations.table import header
+from magmotor.mjcf.declarations.user_numbers import count_dipoles
+from magmotor.mjcf.declarations.why_inert import MEASURED, SWITCHED_OFF, why_inert
+from magmotor.mjcf.forces.all_forces import apply_forces
+from magmotor.mjcf.forces.brownian_wrenches import (
+    add_brownian_wrenches,
+    in_later_stage,
+    step_number,
 )
+from magmotor.mjcf.forces.drives import drives_checksum
+from magmotor.mjcf.forces.magnetometers import measure
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.overwritten import note_others, note_ours
 from magmotor.mjcf.reports import report, warn_of_misnamed, warn_of_motion
@@ -59,7 +50,7 @@ from magmotor.numerics.subroutine import subroutine
 FAILED = -1
 """Result of `init` after an error."""
 
-IDLE, KINDS, SHIFT = 1 << 15, (1 << 16) - 1, 16
+IDLE, ACTING, SHIFT = 1 << 15, (1 << 16) - 1, 16
 """Parts of the word in `plugin_data`: a bit for an instance that does not act, the bits of what
 acts, and, above them, a checksum of the drives with which the passive forces were computed. All
 bits are set if what should act is invalid."""
@@ -105,7 +96,7 @@ def compiled_plugin(name: bytes) -> dict[str, Any]:
 
 
 def acting_forces(model: mujoco.MjModel) -> int:
-    """Return the bits of what acts on a model, as defined in `magmotor.mjcf.forces.marks`.
+    """Return the bits of what acts on a model, as defined in `magmotor.mjcf.declarations.marks`.
 
     Raises
     ------
@@ -126,10 +117,10 @@ def _read(checksum: int, offsets: layout.Layout):
 
     def read(model):
         _ = checksum
-        kinds = checked_forces_of(memory.words(model, memory.UNBOUNDED), offsets)
-        place = memory.triple_on_stack()
-        first_error(model, kinds, True, place)
-        report(memory.words(place, 3), model, model)
+        table, place = table_of(model), memory.error_on_stack()
+        kinds = acting_kinds(table, memory.words(model, memory.UNBOUNDED), offsets)
+        find_error(model, table, kinds, True, place)
+        report(memory.words(place, errors.WORDS), model, model)
         return kinds
 
     return read
@@ -149,11 +140,11 @@ def _prepare(checksum: int, offsets: layout.Layout):
 
     def prepare(model, data, instance):
         _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        _keep(m, data, offsets, instance)
-        place = memory.triple_on_stack()
-        first_error(model, checked_forces_of(m, offsets), True, place)
-        if memory.words(place, 3)[0] >= 0:
+        m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+        kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
+        _keep(table, kinds, data, offsets, instance)
+        find_error(model, table, kinds, True, place)
+        if memory.words(place, errors.WORDS)[0] >= 0:
             memory.words(_plugin_data(data, offsets, instance), 1)[0] = WRONG
 
     return prepare
@@ -180,18 +171,19 @@ def _callback(checksum: int, offsets: layout.Layout):
         d = memory.words(data, memory.UNBOUNDED)
         if _has_users_callback() != 0:
             _call_users_callback((model, data))
-        if plugin_instance(m, offsets) >= 0:
+        table = table_of(model)
+        if header(table).instance >= 0:
             return
-        kinds = current_forces_of(m, d, offsets)
-        place = memory.triple_on_stack()
-        error, wrenches = memory.words(place, 3), d[offsets.xfrc_applied // 8]
+        kinds = acting_kinds(table, m, offsets)
+        place = memory.error_on_stack()
+        error, wrenches = memory.words(place, errors.WORDS), d[offsets.xfrc_applied // 8]
         step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
         if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
             # Finite differences may keep the passive forces, which then contain ours already.
             _compute_passive(model, data)
         generalized = d[offsets.qfrc_passive // 8]
         note_others(m, d, offsets)
-        acting = apply_forces(model, data, kinds, wrenches, generalized, stage, place)
+        acting = apply_forces(model, data, table, kinds, wrenches, generalized, stage, place)
         if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
             acting += add_brownian_wrenches(model, data, offsets, step, applied)
@@ -202,16 +194,16 @@ def _callback(checksum: int, offsets: layout.Layout):
             _mark_failed(model, data, offsets, stage)
             return
         note_ours(m, d, offsets)
-        if kinds & UNMARKED and is_at_start(data, offsets):
+        if kinds & UNMARKED and _is_at_start(data, offsets):
             warn_of_misnamed(m, offsets)
         if acting > 0:
-            messages.remember_acting(model)
+            messages.remember_acting(table)
             if error[1] >= 0:
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
                 _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
-        elif is_at_start(data, offsets) or not messages.has_acted(model):
-            reason, number = why_inert(m, offsets, kinds)
+        elif _is_at_start(data, offsets) or not messages.has_acted(table):
+            reason, number = why_inert(table, m, offsets, kinds)
             if reason != MEASURED:
                 _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
 
@@ -224,16 +216,15 @@ def _init(checksum: int, offsets: layout.Layout):
 
     def init(model, data, instance):
         _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        kinds = checked_forces_of(m, offsets)
-        place = memory.triple_on_stack()
-        first_error(model, kinds, True, place)
-        error = memory.words(place, 3)
+        m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+        kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
+        find_error(model, table, kinds, True, place)
+        error = memory.words(place, errors.WORDS)
         if error[0] >= 0:
             report(error, model, model)
             return FAILED
         if data != 0:
-            _keep(m, data, offsets, instance)
+            _keep(table, kinds, data, offsets, instance)
         messages.forget(sentences.OF_RUNS)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
@@ -243,7 +234,7 @@ def _init(checksum: int, offsets: layout.Layout):
         if kinds & UNMARKED:
             messages.forget(1 << sentences.NOT_A_MARK)
             warn_of_misnamed(m, offsets)
-        reason, number = why_inert(m, offsets, kinds)
+        reason, number = why_inert(table, m, offsets, kinds)
         if reason >= 0:
             messages.notice(reason, number, 0, 0)
         elif kinds & UNMARKED:
@@ -262,13 +253,13 @@ def _compute(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         word = memory.words(_plugin_data(data, offsets, instance), 1)
-        kinds = word[0] & KINDS
+        kinds, table = word[0] & ACTING, table_of(model)
         if kinds & IDLE:
             return
-        if not stays_readable(model, data, offsets):
+        if header(table).kinds == UNREADABLE:
             kinds = UNREADABLE
         elif kinds & (COILS | FIELDS):
-            drives = drives_checksum(m, d, offsets)
+            drives = drives_checksum(table, m, d, offsets)
             if capability == ACTUATOR_STAGE and drives != word[0] >> SHIFT:
                 # Finite differences change controls, but keep the passive forces.
                 _compute_passive(model, data)
@@ -284,9 +275,9 @@ def _compute(checksum: int, offsets: layout.Layout):
         room = memory.allocate(stack, 48 * bodies, 8)
         applied = memory.numbers(room, bodies, 6)
         _clear(applied)
-        place = memory.triple_on_stack()
-        apply_forces(model, data, kinds, room, passive, stage, place)
-        error = memory.words(place, 3)
+        place = memory.error_on_stack()
+        apply_forces(model, data, table, kinds, room, passive, stage, place)
+        error = memory.words(place, errors.WORDS)
         if error[0] >= 0:
             memory.free_stack(stack)
             _abandon_stack(data, offsets)
@@ -319,7 +310,7 @@ def _copy(checksum: int, offsets: layout.Layout):
         _ = checksum
         to = memory.words(_plugin_data(target, offsets, instance), 1)
         of = memory.words(_plugin_data(source, offsets, instance), 1)
-        to[0] = (to[0] & KINDS) | (of[0] >> SHIFT << SHIFT)
+        to[0] = (to[0] & ACTING) | (of[0] >> SHIFT << SHIFT)
 
     return copy
 
@@ -333,11 +324,11 @@ def _reset(checksum: int, offsets: layout.Layout):
 
     def reset(model, state, word, instance):
         _ = checksum
-        if word & KINDS == KINDS:
-            m = memory.words(model, memory.UNBOUNDED)
-            place = memory.triple_on_stack()
-            first_error(model, checked_forces_of(m, offsets), True, place)
-            report(memory.words(place, 3), model, model)
+        if word & ACTING == ACTING:
+            m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+            place = memory.error_on_stack()
+            find_error(model, table, acting_kinds(table, m, offsets), True, place)
+            report(memory.words(place, errors.WORDS), model, model)
 
     return reset
 
@@ -348,16 +339,11 @@ def _check_magnetometers(checksum: int, offsets: layout.Layout):
 
     def init(model, data, instance):
         _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        place = memory.triple_on_stack()
-        error = memory.words(place, 3)
-        error[0], error[1] = errors.NO_SITE, misplaced_sensor(m, offsets, instance)
-        if not is_readable(model):
-            first_error(model, UNREADABLE, False, place)
-        elif error[1] < 0:
-            return 0
+        table, place = table_of(model), memory.error_on_stack()
+        error = memory.words(place, errors.WORDS)
+        _find_error_of_sensors(error, model, table, UNREADABLE, instance)
         report(error, model, model)
-        return FAILED
+        return FAILED if error[0] >= 0 else 0
 
     return init
 
@@ -370,20 +356,28 @@ def _measure(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        kinds = current_forces_of(m, d, offsets)
-        misplaced = misplaced_sensor(m, offsets, instance)
-        if misplaced >= 0 and not is_readable(model):  # changed after time 0
-            kinds = UNREADABLE
-        place = memory.triple_on_stack()
-        first_error(model, kinds, False, place)
-        error = memory.words(place, 3)
-        if error[0] < 0 and misplaced >= 0:
-            error[0], error[1] = errors.NO_SITE, misplaced
-        elif error[0] < 0:
-            error[0], error[1], error[2] = read_magnetometers(m, d, offsets, kinds, instance)
+        table, place = table_of(model), memory.error_on_stack()
+        kinds, error = acting_kinds(table, m, offsets), memory.words(place, errors.WORDS)
+        _find_error_of_sensors(error, model, table, kinds, instance)
+        if error[0] < 0:
+            error[0], error[1], error[2] = measure(m, d, offsets, table, kinds, instance)
         report(error, model, data)
 
     return compute
+
+
+@subroutine
+def _find_error_of_sensors(error, model, table, kinds, instance):
+    """Find an error in what acts, or else in the magnetometers of an instance."""
+    find_error(model, table, kinds, False, error.ctypes.data)
+    if error[0] < 0:
+        check_magnetometers(error, table, instance)
+
+
+@subroutine
+def _is_at_start(data, offsets):
+    """Whether the time is 0."""
+    return memory.numbers(data + offsets.time, 1, 1)[0, 0] == 0.0
 
 
 @subroutine
@@ -398,11 +392,10 @@ def _abandon_stack(data, offsets):
 
 
 @subroutine
-def _keep(m, data, offsets, instance):
+def _keep(table, kinds, data, offsets, instance):
     """Write what acts to the word in `plugin_data` that belongs to an instance."""
-    first = instance == plugin_instance(m, offsets)
     word = memory.words(_plugin_data(data, offsets, instance), 1)
-    word[0] = checked_forces_of(m, offsets) if first else IDLE
+    word[0] = kinds if instance == header(table).instance else IDLE
 
 
 @subroutine

@@ -1,7 +1,9 @@
-"""What a model declares: couplings, fields, coils, iron and magnetometers, by name."""
+"""What a model declares, by name: the rows of its table, for descriptions and checks."""
 
+import ctypes
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from functools import cache
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -9,26 +11,33 @@ from numpy.typing import NDArray
 
 import magmotor_plugin
 from magmotor.common.arrays import Array
-from magmotor.mjcf.forces.fields import GRADIENT, UNIFORM
+from magmotor.mjcf import layout
+from magmotor.mjcf.declarations import reader
+from magmotor.mjcf.declarations import table as of_table
+from magmotor.mjcf.declarations.custom import BODY
+from magmotor.mjcf.declarations.fields import GRADIENT, UNIFORM
+from magmotor.mjcf.declarations.table import SECTIONS, STARTS, WORDS_OF_HEADER
 from magmotor.mjcf.lookup import given_name
 
-NUMERIC, GEOM, SITE, BODY, ACTUATOR = (
-    int(getattr(mujoco.mjtObj, f"mjOBJ_{kind}"))
-    for kind in ("NUMERIC", "GEOM", "SITE", "BODY", "ACTUATOR")
-)
 
-Element = tuple[int, int, float]
-"""Type, number and `prm` of an element of a tuple."""
+@cache
+def _table_of() -> Any:
+    """Return the reader as a C function of the address of a model."""
+    reader.bind()
+    return reader.compiled(layout.current()).ctypes
 
 
-def tuples(model: mujoco.MjModel, prefix: str) -> Iterator[tuple[str, list[Element]]]:
-    """Yield the name and the elements of each tuple whose name starts with a prefix."""
-    for k in range(model.ntuple):
-        name = given_name(model, "tuple", k)
-        if name.startswith(prefix):
-            own = slice(model.tuple_adr[k], model.tuple_adr[k] + model.tuple_size[k])
-            columns = model.tuple_objtype, model.tuple_objid, model.tuple_objprm
-            yield name, [*zip(*(column[own].tolist() for column in columns), strict=True)]
+def rows(model: mujoco.MjModel, section: int) -> Any:
+    """Return the records of a section of a model's table; see `declarations/table.py`."""
+    address = _table_of()(model._address)
+    first, end = _words(address, WORDS_OF_HEADER)[STARTS + section : STARTS + section + 2]
+    words = _words(address + 8 * int(first), int(end - first))
+    return words.view(SECTIONS[section]).view(np.recarray)
+
+
+def _words(address: int, count: int) -> NDArray[np.int64]:
+    """Return a copy of words in memory that is never freed."""
+    return np.array((ctypes.c_int64 * count).from_address(address), np.int64)
 
 
 def name_of(model: mujoco.MjModel, kind: str, number: int) -> str:
@@ -44,82 +53,50 @@ def with_kind(kind: str, name: str) -> str:
 def fields(model: mujoco.MjModel) -> dict[str, str]:
     """Return what each applied field is, by the name of its numeric."""
     found = {}
-    for k in range(model.nnumeric):
-        name = given_name(model, "numeric", k)
-        if is_field(model, k):
-            size, first = int(model.numeric_size[k]), int(model.numeric_adr[k])
-            nodes = model.numeric_data[first : first + 3]
-            kind = {UNIFORM: "uniform", GRADIENT: "gradient"}.get(size)
-            found[name] = kind or f"table of {' x '.join(f'{n:g}' for n in nodes)} nodes"
-    for _, elements in tuples(model, "field"):
-        placed = [_place(model, *element) for element in elements if element[0] != NUMERIC]
-        for kind, number, _ in elements:
-            if kind == NUMERIC and is_field(model, number):
-                found[given_name(model, "numeric", number)] += "".join(placed)
+    for row in rows(model, of_table.FIELDS):
+        numeric, kind = row.numeric, row.frame_type
+        size, first = int(model.numeric_size[numeric]), int(model.numeric_adr[numeric])
+        nodes = " x ".join(f"{n:g}" for n in model.numeric_data[first : first + 3])
+        what = {UNIFORM: "uniform", GRADIENT: "gradient"}.get(size, f"table of {nodes} nodes")
+        if kind:
+            frame = name_of(model, "body" if kind == BODY else "site", row.frame)
+            what += f", fixed to {frame}"
+        if row.actuator >= 0:
+            what += f", driven by {name_of(model, 'actuator', row.actuator)}"
+        found[given_name(model, "numeric", numeric)] = what
     return found
 
 
-def field_owners(model: mujoco.MjModel) -> dict[int, int]:
-    """Return the rigid body to which each applied field is fixed, by the number of its numeric."""
-    found = {k: 0 for k in range(model.nnumeric) if is_field(model, k)}
-    for _, elements in tuples(model, "field"):
-        bodies = [n if kind == BODY else model.site_bodyid[n]
-                  for kind, n, _ in elements if kind in (BODY, SITE)]  # fmt: skip
-        for kind, number, _ in elements:
-            if kind == NUMERIC and bodies:
-                found[number] = int(model.body_weldid[bodies[0]])
-    return found
-
-
-def is_field(model: mujoco.MjModel, numeric: int) -> bool:
-    """Whether a numeric is an applied field."""
-    return given_name(model, "numeric", numeric).startswith("field")
-
-
-def _place(model: mujoco.MjModel, kind: int, number: int, prm: float) -> str:
-    if kind == ACTUATOR:
-        return f", driven by {name_of(model, 'actuator', number)}"
-    return f", fixed to {name_of(model, 'body' if kind == BODY else 'site', number)}"
+def field_owners(model: mujoco.MjModel) -> set[int]:
+    """Return the rigid bodies to which applied fields are fixed."""
+    return {*rows(model, of_table.FIELDS).weld.tolist()}
 
 
 def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
     """Return the actuator and the number of dipoles of each coil, by the name of its tuple."""
-    found = {}
-    for name, elements in tuples(model, "coil"):
-        sites = sites_of(model, elements)
-        dipoles = sites & (site_moments(model) != 0)
-        actuator = next(number for kind, number, _ in elements if kind == ACTUATOR)
-        found[name] = name_of(model, "actuator", actuator), int(dipoles.sum())
+    found, of_site = {}, coil_of_sites(model)
+    for coil, row in enumerate(rows(model, of_table.COILS)):
+        dipoles = (of_site == coil) & (site_moments(model) != 0)
+        actuator = name_of(model, "actuator", row.actuator)
+        found[given_name(model, "tuple", row.tuple)] = actuator, int(dipoles.sum())
     return found
 
 
-def coil_sites(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Return which sites belong to coils."""
-    every = (element for _, elements in tuples(model, "coil") for element in elements)
-    return sites_of(model, every)
+def coil_of_sites(model: mujoco.MjModel) -> NDArray[np.int64]:
+    """Return the row of the coil to which each site belongs, or -1."""
+    found = rows(model, of_table.SITES).coil
+    return found if len(found) else np.full(model.nsite, -1)
 
 
-def sites_of(model: mujoco.MjModel, elements: Iterable[Element]) -> NDArray[np.bool_]:
-    """Return which sites are among the elements of tuples, or belong to a body among them."""
-    sites = np.zeros(model.nsite, bool)
-    for kind, number, _ in elements:
-        if kind == SITE:
-            sites[number] = True
-        elif kind == BODY:
-            sites |= model.site_bodyid == number
-    return sites
+def drivers(model: mujoco.MjModel, section: int) -> list[int]:
+    """Return the actuators of coils or of fields."""
+    found = rows(model, section).actuator
+    return [*dict.fromkeys(found[found >= 0].tolist())]
 
 
-def pushing(model: mujoco.MjModel, prefixes: tuple[str, ...]) -> list[str]:
-    """Return the actuators in tuples of coils or fields that also push, by their gain or bias."""
-    driving = (
-        number
-        for prefix in prefixes
-        for _, elements in tuples(model, prefix)
-        for kind, number, _ in elements
-        if kind == ACTUATOR
-    )
-    return [name_of(model, "actuator", number) for number in {*driving} if _pushes(model, number)]
+def pushing(model: mujoco.MjModel, actuators: list[int]) -> list[str]:
+    """Return which actuators of coils or fields also push, by their gain or bias."""
+    return [name_of(model, "actuator", number) for number in actuators if _pushes(model, number)]
 
 
 def _pushes(model: mujoco.MjModel, actuator: int) -> bool:
@@ -135,22 +112,27 @@ def _pushes(model: mujoco.MjModel, actuator: int) -> bool:
 
 def magnetometers(model: mujoco.MjModel) -> dict[str, str]:
     """Return the site of each magnetometer, by the name of the sensor."""
-    slot = magmotor_plugin.slot(magmotor_plugin.MAGNETOMETER)
     return {
-        name_of(model, "sensor", k): name_of(model, "site", int(model.sensor_objid[k]))
-        for k, instance in enumerate(model.sensor_plugin.tolist())
-        if instance >= 0 and model.plugin[instance] == slot
+        name_of(model, "sensor", row.sensor): name_of(model, "site", row.site)
+        for row in rows(model, of_table.MAGNETOMETERS)
     }
 
 
 def iron(model: mujoco.MjModel) -> dict[int, float]:
     """Return the susceptibilities of the geoms that are iron, by their numbers."""
-    found = {}
-    for _, elements in tuples(model, "iron"):
-        material = next(number for kind, number, _ in elements if kind == NUMERIC)
-        susceptibility = float(model.numeric_data[model.numeric_adr[material]])
-        found |= {number: susceptibility for kind, number, _ in elements if kind == GEOM}
-    return found
+    found = [*rows(model, of_table.PIECES), *rows(model, of_table.PLANES)]
+    return {
+        int(row.geom): float(model.numeric_data[model.numeric_adr[row.material]]) for row in found
+    }
+
+
+def couplings(model: mujoco.MjModel) -> dict[frozenset[int], float]:
+    """Return the factors of couplings, by their two bodies."""
+    factors: dict[frozenset[int], float] = {}
+    for row in rows(model, of_table.COUPLINGS):
+        pair = frozenset({int(row.body), int(row.other)})
+        factors[pair] = factors.get(pair, 1.0) * float(model.tuple_objprm[row.element])
+    return factors
 
 
 def has_plugin(model: mujoco.MjModel) -> bool:

@@ -14,6 +14,8 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations.marks import UNMARKED, WORDS
+from magmotor.mjcf.declarations.table import COILS, FIELDS
 from magmotor.mjcf.declared import (
     can_move,
     dipole_counts,
@@ -23,7 +25,6 @@ from magmotor.mjcf.declared import (
     with_kind,
 )
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.marks import UNMARKED, WORDS
 from magmotor.mjcf.idle import LISTED, idle_elements, listed
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
@@ -217,7 +218,7 @@ def described(model: mujoco.MjModel) -> Description:
     magnetized = [geom for geom, susceptibility in iron.items() if susceptibility]
     magnets = {*bodies, *model.geom_bodyid[magnetized].tolist()}
     pairs = _pairs(model, sorted(magnets))
-    owners = {*declared.field_owners(model).values()} if "fields" in named else set()
+    owners = declared.field_owners(model) if "fields" in named else set()
     acting = bool(pairs or _meets(model, magnets, owners, magnetized))
     noise = _rows(model) if "noise" in named else {}
     potentials = _waves(model) if "potentials" in named else {}
@@ -228,7 +229,7 @@ def described(model: mujoco.MjModel) -> Description:
     moments = site_moments(model) if "dipoles" in named else np.zeros(model.nsite)
     acts = {
         "dipoles": bodies and acting,
-        "couplings": pairs and "couplings" in named and any(declared.tuples(model, "coupling")),
+        "couplings": pairs and "couplings" in named and declared.couplings(model),
         "noise": noise,
         "potentials": potentials,
         "fields": fields and acting,
@@ -245,7 +246,7 @@ def described(model: mujoco.MjModel) -> Description:
         potentials=potentials,
         fields=fields,
         coils=declared.coils(model) if "coils" in named else {},
-        pushing=tuple(declared.pushing(model, _driven(named))),
+        pushing=tuple(declared.pushing(model, _drivers(model, named))),
         iron={name_of(model, "geom", geom): value for geom, value in iron.items()},
         magnetometers=declared.magnetometers(model),
         kT=kT,
@@ -290,9 +291,11 @@ def weighed(moment: float) -> str:
     return f"the moment of {mass:.2g} kg of neodymium magnets: is the number in A m^2?"
 
 
-def _driven(named: Sequence[str]) -> tuple[str, ...]:
-    """Return how the names of the tuples start in which actuators act."""
-    return tuple(word.removesuffix("s") for word in named if word in ("coils", "fields"))
+def _drivers(model: mujoco.MjModel, named: Sequence[str]) -> list[int]:
+    """Return the actuators that drive coils and fields, if these act."""
+    found = declared.drivers(model, COILS) if "coils" in named else []
+    found += declared.drivers(model, FIELDS) if "fields" in named else []
+    return [*dict.fromkeys(found)]
 
 
 def _huge(model: mujoco.MjModel) -> dict[str, float]:

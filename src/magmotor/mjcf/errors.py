@@ -1,6 +1,14 @@
-"""Numbers of the errors that compiled code reports; `sentences.py` has their sentences."""
+"""Errors that compiled code finds; `sentences.py` has their sentences.
 
-from magmotor.mjcf.forces.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
+An error is five words: its number; those of up to two elements, or -1; and, of a tuple, the rule
+that its element breaks and another tuple, or -1. Where something is computed, the first three do.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+from magmotor.mjcf.declarations.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
+from magmotor.numerics.subroutine import subroutine
 
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
@@ -44,5 +52,14 @@ ELEMENTS = (
 DETAILS = 16
 """Largest number of numbers for the sentence of an error."""
 
+WORDS = 5
+"""Number of words of an error."""
+
 NO_ERROR = (-1, -1, -1)
-"""Stands for an error, which is its number and those of two elements, or -1."""
+"""Stands for the first three of them."""
+
+
+@subroutine
+def set_error(error, number, one, other=-1, rule=-1, further=-1):
+    """Write the words of an error."""
+    error[0], error[1], error[2], error[3], error[4] = number, one, other, rule, further

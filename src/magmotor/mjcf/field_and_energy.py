@@ -16,9 +16,11 @@ from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declared import name_of, tuples
-from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE
-from magmotor.mjcf.forces import coils
+from magmotor.mjcf.declarations.marks import COUPLINGS
+from magmotor.mjcf.declarations.reader import acting_kinds, table_of
+from magmotor.mjcf.declared import couplings, name_of
+from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE, WORDS
+from magmotor.mjcf.forces import drives
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
 from magmotor.mjcf.forces.magnetic_energy import energy_of
 from magmotor.mjcf.forces.magnetic_state import (
@@ -28,7 +30,6 @@ from magmotor.mjcf.forces.magnetic_state import (
     stack_bytes,
 )
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
-from magmotor.mjcf.forces.marks import COUPLINGS, forces_of
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.reports import report
 from magmotor.numerics.numba_cache import compiled_once
@@ -136,7 +137,7 @@ def _observed(
     if (needed := stack_bytes(model)) > data.narena - data.parena - data.pstack:
         sentence = f"must be larger by about {needed} bytes, for the dipoles"
         raise reject("size memory of the model", data.narena, sentence)
-    coils.bind()
+    drives.bind()
     observe = _observe(layout.current())
     try:
         with errors_raised():
@@ -167,7 +168,8 @@ def _observe(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         memory.mark_stack(data)
-        state = read_state(m, d, offsets, forces_of(m, offsets))
+        own, place = table_of(model), memory.error_on_stack()
+        state = read_state(m, d, offsets, own, acting_kinds(own, m, offsets))
         table, magnets, problem = state.table, state.magnets, state.error
         total, count = 0.0, 0
         why = point = numeric = -1
@@ -194,7 +196,9 @@ def _observe(checksum: int, offsets: layout.Layout):
             for k in range(3):
                 fields[i, k] = state.scale * flux[k]
         memory.free_stack(data)
-        report(problem, model, data)
+        words = memory.words(place, WORDS)
+        words[0], words[1], words[2] = problem
+        report(words, model, data)
         return total, count, why, point, numeric
 
     return observe
@@ -202,12 +206,7 @@ def _observe(checksum: int, offsets: layout.Layout):
 
 def coupling_factors(model: mujoco.MjModel):
     """The function that says how strongly the dipoles of two bodies act on one another."""
-    factors: dict[frozenset[int], float] = {}
-    couplings = tuples(model, "coupling") if acting_forces(model) & COUPLINGS else ()
-    for _, ((_, body, factor), (_, other, _)) in couplings:
-        pair = frozenset({body, other})
-        factors[pair] = factors.get(pair, 1.0) * factor
-
+    factors = couplings(model) if acting_forces(model) & COUPLINGS else {}
     weld = model.body_weldid.tolist()
     moves = (model.body_dofnum[model.body_weldid] > 0).tolist()
 

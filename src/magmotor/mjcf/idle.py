@@ -9,6 +9,7 @@ import numpy as np
 
 import magmotor_plugin
 from magmotor.mjcf import declared
+from magmotor.mjcf.declarations.custom import NUMERIC
 from magmotor.mjcf.declared import (
     can_move,
     dipole_counts,
@@ -18,7 +19,7 @@ from magmotor.mjcf.declared import (
     with_kind,
 )
 from magmotor.mjcf.langevin.temperature import joined
-from magmotor.mjcf.lookup import disabled, number_of
+from magmotor.mjcf.lookup import disabled, given_name, number_of
 from magmotor.mjcf.sentences import MARK_NAME, ONLY_NAME, resembles_mark
 
 PREFIXES = ("coupling", "field", "coil", "iron")
@@ -105,12 +106,12 @@ def _idle_magnets(model: mujoco.MjModel, named: Sequence[str], fields: bool) -> 
     if not bodies:  # iron without susceptibility
         return
     welds = {int(model.body_weldid[body]) for body in bodies}
-    owners = [*declared.field_owners(model).values()] if fields else []
+    owners = declared.field_owners(model) if fields else set()
     what = joined([word for word in named if word == "dipoles" or iron])
     one, fixed = len(welds) == 1, not any(can_move(model, body) for body in {*bodies, *owners})
     if fixed and not (one and not owners):
         yield f"the {what}, since none of their bodies can move"
-    elif one and {*owners} <= welds:
+    elif one and owners <= welds:
         also = f", to which the field{'s are' if len(owners) > 1 else ' is'} fixed" * bool(owners)
         yield f"the {what}, since all are on one rigid body{also}"
     else:
@@ -149,13 +150,15 @@ def renamed(model: mujoco.MjModel) -> Iterator[str]:
 
 def _misplaced_fields(model: mujoco.MjModel) -> Iterator[str]:
     """Yield tuples that name a field, but are not read since their own names do not."""
-    for name, elements in declared.tuples(model, ""):
-        for kind, number, _ in elements:
-            field = name_of(model, "numeric", number) if kind == declared.NUMERIC else ""
+    for k in range(model.ntuple):
+        name, first = given_name(model, "tuple", k), int(model.tuple_adr[k])
+        for i in range(first, first + int(model.tuple_size[k])):
+            kind, number = model.tuple_objtype[i], model.tuple_objid[i]
+            field = name_of(model, "numeric", number) if kind == NUMERIC else ""
             if field.startswith("field") and not name.startswith(PREFIXES):
                 what = "since the name of a tuple that places or drives a field starts with field"
                 yield f"tuple {name!r} on {field!r}, {what}"
 
 
 def _has_tuples(model: mujoco.MjModel, prefix: str) -> bool:
-    return any(True for _ in declared.tuples(model, prefix))
+    return any(given_name(model, "tuple", k).startswith(prefix) for k in range(model.ntuple))

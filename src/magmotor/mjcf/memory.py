@@ -109,14 +109,45 @@ def on_stack(count):
 
 
 word_on_stack = on_stack(1)
-triple_on_stack = on_stack(3)
+pair_on_stack = on_stack(2)
+error_on_stack = on_stack(5)
 details_on_stack = on_stack(16)
+row_on_stack = on_stack(17)
 
 
 @subroutine(forceinline=True)
 def words(address, count):
     """Return an array of `count` 64-bit integers at an address."""
     return carray(_pointer(address), (count,), np.int64)
+
+
+@subroutine(forceinline=True)
+def records(address, count, kind):
+    """Return an array of `count` records of a type at an address."""
+    return carray(_pointer(address), (count,), kind)
+
+
+@intrinsic
+def load_shared(typingctx, address):
+    """Load a word that other threads may store, and what they stored before it."""
+
+    def codegen(context, builder, signature, args):
+        place = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+        return builder.load_atomic(place, "acquire", 8, typ=ir.IntType(64))
+
+    return types.int64(address), codegen
+
+
+@intrinsic
+def store_shared(typingctx, address, word):
+    """Store a word for other threads, after all that was stored before it."""
+
+    def codegen(context, builder, signature, args):
+        place = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+        builder.store_atomic(args[1], place, "release", 8)
+        return context.get_dummy_value()
+
+    return types.void(address, word), codegen
 
 
 @subroutine(forceinline=True)

@@ -92,11 +92,11 @@ def _raise_if_formed(text):
 
 
 @subroutine
-def remember_acting(model):
-    """Remember the address of the model on which something has acted last."""
+def remember_acting(table):
+    """Remember the table of the model on which something has acted last."""
     acted = memory.words(acted_address(), 1)
-    if acted[0] != model:
-        acted[0] = model
+    if acted[0] != table:
+        acted[0] = table
 
 
 @subroutine
@@ -107,12 +107,9 @@ def forget(bits):
 
 
 @subroutine
-def has_acted(model):
-    """Whether something has acted last on this model, as before a switch.
-
-    Once the model is freed, another one may have the same address; its time begins at 0.
-    """
-    return memory.words(acted_address(), 1)[0] == model
+def has_acted(table):
+    """Whether something has acted last on a model with this table, as before a switch."""
+    return memory.words(acted_address(), 1)[0] == table
 
 
 def bind() -> None:

@@ -6,12 +6,9 @@
 from numba import types
 
 from magmotor.mjcf import errors, layout, memory, messages, sentences
-from magmotor.mjcf.forces import coils, valid_indices
-from magmotor.mjcf.forces.brownian_wrenches import userdata_at
-from magmotor.mjcf.forces.coils import invalid_coil
-from magmotor.mjcf.forces.custom import (
+from magmotor.mjcf.declarations import reader
+from magmotor.mjcf.declarations.custom import (
     BODY,
-    FEW,
     GEOM,
     SITE,
     TEXT,
@@ -20,15 +17,19 @@ from magmotor.mjcf.forces.custom import (
     elements_of,
     numbers_of,
 )
-from magmotor.mjcf.forces.fields import HEADER, invalid_field_tuple, place_in_field
-from magmotor.mjcf.forces.iron import invalid_iron
-from magmotor.mjcf.forces.marks import has_words_of_mark, marks_of
-from magmotor.mjcf.forces.valid_indices import invalid_index
+from magmotor.mjcf.declarations.fields import HEADER
+from magmotor.mjcf.declarations.marks import has_words_of_mark, marks_of
+from magmotor.mjcf.declarations.reader import table_of
+from magmotor.mjcf.declarations.table import fields
+from magmotor.mjcf.declarations.valid_indices import invalid_index
+from magmotor.mjcf.forces import drives
+from magmotor.mjcf.forces.applied_fields import place_in_field
+from magmotor.mjcf.forces.brownian_wrenches import userdata_at
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
 _word = types.int64
-_REPORT = types.void(_word, _word, _word, _word, _word)
+_REPORT = types.void(_word, _word, _word)
 _report = types.ExternalFunction("magmotor_report", _REPORT)
 _name = types.ExternalFunction("mj_id2name", types.int64(types.int64, types.int32, types.int32))
 
@@ -36,47 +37,47 @@ _name = types.ExternalFunction("mj_id2name", types.int64(types.int64, types.int3
 def bind() -> None:
     """Bind what this module compiles separately, and what that calls, to symbols."""
     messages.bind()
-    coils.bind()
-    valid_indices.bind()
+    drives.bind()
+    reader.bind()
     memory.bind_mujoco("mj_id2name")
     memory.bind_compiled("magmotor_report", _compiled_report(layout.current()))
 
 
 @subroutine(forceinline=True)
 def report(error, model, data):
-    """Raise an error, or record it: its number, and those of up to two elements, or -1.
+    """Raise an error, or record it; `error` are its words, if the first is not -1.
 
     The elements of some errors are dipoles: the number of a site, or the number of sites plus that
     of a geom. `model` and `data` are the addresses of mjModel and mjData.
     """
     if error[0] >= 0:
-        _report(error[0], error[1], error[2], model, data)
+        _report(error.ctypes.data, model, data)
 
 
 @compiled_once(_REPORT, error_model="numpy")
 def _compiled_report(checksum: int, offsets: layout.Layout):
     """Define what `report` calls, for one layout of the structs."""
 
-    def report(number, first, second, model, data):
+    def report(error, model, data):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        _report_error(number, first, second, m, d, offsets)
+        _report_error(memory.words(error, errors.WORDS), m, d, offsets)
 
     return report
 
 
 @subroutine(forceinline=True)
-def _report_error(number, first, second, m, d, offsets):
+def _report_error(error, m, d, offsets):
     """Look up the names and numbers that the sentence of an error has, and raise it."""
-    model = m.ctypes.data
+    model, number, first, second = m.ctypes.data, error[0], error[1], error[2]
     place = memory.details_on_stack()
     details = memory.numbers(place, 1, errors.DETAILS)[0]
     if number == errors.MARK:
         text, config = marks_of(m, offsets)
         messages.fail(number, 0, text, 0, config, place)
     elif number in (errors.COIL, errors.FIELD_TUPLE, errors.IRON):
-        _report_tuple(number, first, m, offsets, details, place)
+        _report_tuple(error, m, offsets, details, place)
     elif number >= 0:
         if number == errors.TIME:
             details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
@@ -132,23 +133,16 @@ def warn_of_misnamed(m, offsets):
 
 
 @subroutine
-def _report_tuple(number, first, m, offsets, details, place):
-    """Report which element of a tuple breaks a rule; `first` is a tuple that does."""
-    k, i, rule, other = invalid_coil(m, offsets)
-    if number == errors.FIELD_TUPLE:
-        k, i, rule, other = invalid_field_tuple(m, offsets)
-    elif number == errors.IRON:
-        k, i, rule, other = invalid_iron(m, offsets)
-    if k < 0:
-        k, i, rule = first, -1, FEW
-    name = 0
-    details[0], details[1] = rule, other
+def _report_tuple(error, m, offsets, details, place):
+    """Report which element of a tuple breaks a rule; -1 stands for the tuple itself."""
+    k, i, name = error[1], error[2], 0
+    details[0], details[1] = error[3], error[4]
     if i >= 0:
         kind, named, prm = element(i, m, offsets)
         details[2], details[3] = kind, prm
         name = _name(m.ctypes.data, kind, named)
     position = i - elements_of(k, m, offsets).start
-    messages.fail(number, k, _name(m.ctypes.data, TUPLE, k), position, name, place)
+    messages.fail(error[0], k, _name(m.ctypes.data, TUPLE, k), position, name, place)
 
 
 @subroutine
@@ -159,7 +153,10 @@ def _locate(dipole, numeric, m, d, offsets, details):
         (offsets.site_xpos, dipole) if dipole < nsite else (offsets.geom_xpos, dipole - nsite)
     )
     at = memory.numbers(d[places // 8], memory.UNBOUNDED, 3)[i]
-    details[1], details[2], details[3] = place_in_field(numeric, at[0], at[1], at[2], m, d, offsets)
+    for row in fields(table_of(m.ctypes.data)):
+        if row.numeric == numeric:
+            place = place_in_field(row, at[0], at[1], at[2], m, d, offsets)
+            details[1], details[2], details[3] = place
     header = numbers_of(numeric, m, offsets)
     for k in range(HEADER):
         details[4 + k] = header[k]

@@ -7,8 +7,10 @@ import mujoco
 import numpy as np
 
 from magmotor.mjcf import errors
-from magmotor.mjcf.forces import custom
-from magmotor.mjcf.forces.dipole_sites import (
+from magmotor.mjcf.declarations import custom
+from magmotor.mjcf.declarations.marks import WORDS
+from magmotor.mjcf.declarations.valid_indices import FIELDS, SIZES, TEXTS
+from magmotor.mjcf.declarations.why_inert import (
     LEFT_ALONE,
     NO_DIPOLES,
     NONE_MOVES,
@@ -18,8 +20,6 @@ from magmotor.mjcf.forces.dipole_sites import (
     ONE_RIGID_BODY,
     SWITCHED_OFF,
 )
-from magmotor.mjcf.forces.marks import WORDS
-from magmotor.mjcf.forces.valid_indices import FIELDS, SIZES, TEXTS
 from magmotor.mjcf.lookup import decoded
 
 Details = Sequence[float]

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.declared import coil_sites
-from magmotor.mjcf.forces.iron import BOX, SPHERE, ellipsoid
-from magmotor.mjcf.forces.units import NAME, scale_of
+from magmotor.mjcf.declarations.constants import NAME, scale_of
+from magmotor.mjcf.declarations.iron import BOX, SPHERE
+from magmotor.mjcf.declared import coil_of_sites
+from magmotor.mjcf.forces.iron import ellipsoid
 from magmotor.mjcf.lookup import label, number_of
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
@@ -44,7 +45,7 @@ def declares_units(model: mujoco.MjModel) -> bool:
 
 
 def moment_scale(model: mujoco.MjModel) -> float:
-    """Return the factor of moments that makes mu0 that of SI; see `magmotor.mjcf.forces.units`."""
+    """Return the factor of moments that makes mu0 that of SI; see `declarations/constants.py`."""
     return scale_of(magnetic_constant(model))
 
 
@@ -67,7 +68,7 @@ def doubts(model: mujoco.MjModel, moments: Array, magnetic: set[int]) -> Iterato
     weld = model.body_weldid
     mass = np.bincount(weld, model.body_mass, model.nbody).astype(float)
     moving = np.flatnonzero((model.body_dofnum > 0) & (mass > 0))
-    own = np.where(coil_sites(model), 0.0, np.abs(moments))
+    own = np.where(coil_of_sites(model) >= 0, 0.0, np.abs(moments))
     carried = np.bincount(weld[model.site_bodyid], own, model.nbody).astype(float)
     carried /= OF_NEODYMIUM
     strong = moving[carried[moving] > STRONGEST * mass[moving]]

@@ -7,7 +7,7 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.forces.marks import NOISE
+from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.lookup import label
 
 Forces = Callable[[mujoco.MjData], Array]

@@ -10,8 +10,8 @@ from magmotor.common.checks import reject
 from magmotor.mjcf.boltzmann.actuators import springs
 from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations.marks import DIPOLES, IRON, POTENTIALS
 from magmotor.mjcf.field_and_energy import magnetic_energy
-from magmotor.mjcf.forces.marks import DIPOLES, IRON, POTENTIALS
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, foreign_plugins, label
 

@@ -13,7 +13,7 @@ from magmotor.common.checks import check_array, reject
 from magmotor.mjcf.boltzmann.forces import Forces, resting_forces, without_noise
 from magmotor.mjcf.boltzmann.metropolis import is_translation, joint_names, positions_only
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.forces.marks import DIPOLES, POTENTIALS
+from magmotor.mjcf.declarations.marks import DIPOLES, POTENTIALS
 from magmotor.mjcf.lookup import potential_checksum
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.numerics.batch_means import BATCHES, mean_and_error, ratio_and_error

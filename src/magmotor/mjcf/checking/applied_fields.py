@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.strengths import drive_limit, largest_drive
-from magmotor.mjcf.forces.fields import GRADIENT, HEADER
-from magmotor.mjcf.forces.iron import PLANE
-from magmotor.mjcf.forces.marks import FIELDS, IRON
+from magmotor.mjcf.declarations import table as of_table
+from magmotor.mjcf.declarations.custom import BODY
+from magmotor.mjcf.declarations.fields import GRADIENT, HEADER
+from magmotor.mjcf.declarations.iron import PLANE
+from magmotor.mjcf.declarations.marks import FIELDS, IRON
+from magmotor.mjcf.declared import iron, rows
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.cubic_convolution import interpolate
 
@@ -113,27 +115,21 @@ def unbounded_drives(model: mujoco.MjModel, data: mujoco.MjData, weld: int) -> s
 
 def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField]:
     """Yield the fields of a model."""
-    placed, scale = {}, moment_scale(model)
-    for _, elements in declared.tuples(model, "field"):
-        weld, origin, frame, drive, unbounded = 0, np.zeros(3), np.eye(3), 1.0, -1
-        for kind, number, prm in elements:
-            if kind == declared.ACTUATOR:
-                drive = drive_limit(model, number, prm)
-                unbounded = number if largest_drive(model, number, prm) == np.inf else -1
-            elif kind in (declared.BODY, declared.SITE):
-                named = kind == declared.BODY
-                body = number if named else int(model.site_bodyid[number])
-                weld = int(model.body_weldid[body])
-                origin = (data.xpos if named else data.site_xpos)[number]
-                frame = (data.xmat if named else data.site_xmat)[number].reshape(3, 3)
-        own = [number for kind, number, _ in elements if kind == declared.NUMERIC]
-        placed |= dict.fromkeys(own, (weld, origin, frame, drive / scale, unbounded))
-    for k in range(model.nnumeric):
-        if declared.is_field(model, k):
-            first = int(model.numeric_adr[k])
-            numbers = model.numeric_data[first : first + int(model.numeric_size[k])]
-            world = (0, np.zeros(3), np.eye(3), 1.0 / scale, -1)
-            yield AppliedField(numbers, *placed.get(k, world))
+    scale = moment_scale(model)
+    for row in rows(model, of_table.FIELDS):
+        origin, frame, drive, unbounded = np.zeros(3), np.eye(3), 1.0, -1
+        actuator = int(row.actuator)
+        if actuator >= 0:
+            saturation = float(model.tuple_objprm[row.element])
+            drive = drive_limit(model, actuator, saturation)
+            unbounded = actuator if largest_drive(model, actuator, saturation) == np.inf else -1
+        if row.frame_type:
+            named = row.frame_type == BODY
+            origin = (data.xpos if named else data.site_xpos)[row.frame]
+            frame = (data.xmat if named else data.site_xmat)[row.frame].reshape(3, 3)
+        first = int(model.numeric_adr[row.numeric])
+        numbers = model.numeric_data[first : first + int(model.numeric_size[row.numeric])]
+        yield AppliedField(numbers, int(row.weld), origin, frame, drive / scale, unbounded)
 
 
 def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, float]]:
@@ -146,7 +142,7 @@ def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[in
     kinds = acting_forces(model)
     if not (kinds & FIELDS and kinds & IRON):
         return
-    for geom, susceptibility in declared.iron(model).items():
+    for geom, susceptibility in iron(model).items():
         if not susceptibility or model.geom_type[geom] == PLANE:
             continue
         middle, half = np.split(model.geom_aabb[geom], 2)

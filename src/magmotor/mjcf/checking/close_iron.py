@@ -10,8 +10,9 @@ from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.strengths import Magnet
-from magmotor.mjcf.forces.iron import PLANE, ellipsoid
-from magmotor.mjcf.forces.marks import FIELDS
+from magmotor.mjcf.declarations.iron import PLANE
+from magmotor.mjcf.declarations.marks import FIELDS
+from magmotor.mjcf.forces.iron import ellipsoid
 from magmotor.mjcf.langevin.contacts import are_excluded
 
 WEAK = 1.0

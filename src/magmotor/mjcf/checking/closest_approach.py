@@ -35,8 +35,9 @@ from magmotor.mjcf.checking.touch import (
     closest_to_plane,
     coarsest,
 )
+from magmotor.mjcf.declarations.iron import PLANE, SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import PLANE, SPHERE, ellipsoid
+from magmotor.mjcf.forces.iron import ellipsoid
 
 
 class Meeting(NamedTuple):

@@ -20,7 +20,8 @@ from magmotor.mjcf.checking.strengths import (
     largest_drive,
     magnets_of,
 )
-from magmotor.mjcf.forces.marks import COILS, FIELDS
+from magmotor.mjcf.declarations import table as of_table
+from magmotor.mjcf.declarations.marks import COILS, FIELDS
 from magmotor.mjcf.lookup import control_of, disabled, label
 
 HINGE, FREE, BALL = (
@@ -80,9 +81,8 @@ def unknown_spins(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[str]:
     for body in dict.fromkeys(model.dof_bodyid[unknown].tolist()):
         yield f"of {label(model, 'body', body)}, whose speed under its actuators is unknown,"
     kinds, turners = acting_forces(model), set()
-    for word, bit in (("field", FIELDS), ("coil", COILS)):
-        for _, elements in declared.tuples(model, word) if kinds & bit else ():
-            turners |= {number for kind, number, _ in elements if kind == declared.ACTUATOR}
+    for section, bit in ((of_table.FIELDS, FIELDS), (of_table.COILS, COILS)):
+        turners |= {*declared.drivers(model, section)} if kinds & bit else set()
     if len(turners) > 1 and any(_follows(model, each) for each in magnets):
         names = " and ".join(label(model, "actuator", number) for number in sorted(turners)[:2])
         yield f"of magnets in the fields of {names}"
@@ -243,7 +243,7 @@ def _turns(model: mujoco.MjModel, data: mujoco.MjData, turned: set[int]) -> Iter
         if model.body_treeid[body] >= 0 and alone[model.body_treeid[body]]
     ]  # fmt: skip
     fields = acting_forces(model) & FIELDS
-    owners = {*declared.field_owners(model).values()} if fields else set()
+    owners = declared.field_owners(model) if fields else set()
     for magnet in magnets_of(model, data):
         turn = data.cvel[magnet.body, :3]
         moments = magnet.strengths[:, np.newaxis] * magnet.axes

@@ -20,9 +20,9 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.applied_fields import applied_field, variation
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
+from magmotor.mjcf.declarations.marks import POTENTIALS
+from magmotor.mjcf.declarations.user_numbers import HINGE, SLIDE
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.joint_potentials import HINGE, SLIDE
-from magmotor.mjcf.forces.marks import POTENTIALS
 from magmotor.mjcf.lookup import disabled
 
 FINE = 64

@@ -11,7 +11,7 @@ from magmotor.mjcf.checking.close_iron import NEAR
 from magmotor.mjcf.checking.geoms import bounding_radii
 from magmotor.mjcf.checking.reach import reach
 from magmotor.mjcf.checking.strengths import Magnet
-from magmotor.mjcf.declared import tuples
+from magmotor.mjcf.declared import couplings
 
 
 def groups_of_pairs(
@@ -25,7 +25,7 @@ def groups_of_pairs(
     Only pairs of free bodies are put together, since other pairs differ in what they can reach.
     """
     kinds = {}
-    coupled = {body for _, elements in tuples(model, "coupling") for _, body, _ in elements}
+    coupled = {body for pair in couplings(model) for body in pair}
     kind = np.array(
         [kinds.setdefault(_kind(model, data, magnet, coupled), len(kinds)) for magnet in magnets]
     )

@@ -19,7 +19,7 @@ from magmotor.mjcf.checking.contact_rule import (
 from magmotor.mjcf.checking.failure import rounded_down
 from magmotor.mjcf.checking.reach import STRAIGHT, joints_between, reach
 from magmotor.mjcf.checking.strengths import Magnet
-from magmotor.mjcf.forces.joint_potentials import HINGE
+from magmotor.mjcf.declarations.user_numbers import HINGE
 
 BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 

@@ -14,8 +14,8 @@ from magmotor.mjcf.checking.attraction import pull_of
 from magmotor.mjcf.checking.reach import STRAIGHT, joints_between
 from magmotor.mjcf.checking.stand_off import frame_of
 from magmotor.mjcf.checking.strengths import Magnet
+from magmotor.mjcf.declarations.marks import IRON
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.marks import IRON
 
 STRIDE = 0.2
 """Distance of two places at which forces are compared, over that of the nearest dipoles there."""

@@ -18,7 +18,7 @@ from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.depth import CONVEX, tips
 from magmotor.mjcf.checking.reach import joints_between
 from magmotor.mjcf.checking.strengths import Magnet
-from magmotor.mjcf.forces.iron import CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
+from magmotor.mjcf.declarations.iron import CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
 
 ROUND = CAPSULE, CYLINDER
 

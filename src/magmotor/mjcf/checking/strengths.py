@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declared import GEOM, NUMERIC, sites_of, tuples
-from magmotor.mjcf.forces.iron import PLANE, ellipsoid
-from magmotor.mjcf.forces.marks import COILS, DIPOLES, IRON
+from magmotor.mjcf.declarations import table as of_table
+from magmotor.mjcf.declarations.iron import PLANE
+from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON
+from magmotor.mjcf.declared import coil_of_sites, rows
+from magmotor.mjcf.forces.iron import ellipsoid
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
@@ -110,9 +112,11 @@ def _drives(
     limits is -1. All are -1 for sites that are no coils.
     """
     drives, (unbounded, coils) = np.ones(model.nsite), np.full((2, model.nsite), -1)
-    for _, elements in tuples(model, "coil") if kinds & COILS else ():
-        _, actuator, saturation = elements[0]
-        own, largest = sites_of(model, elements), largest_drive(model, actuator, saturation)
+    of_site = coil_of_sites(model)
+    for coil, row in enumerate(rows(model, of_table.COILS) if kinds & COILS else ()):
+        actuator = int(row.actuator)
+        saturation = float(model.tuple_objprm[row.element])
+        own, largest = of_site == coil, largest_drive(model, actuator, saturation)
         drives[own], coils[own] = drive_limit(model, actuator, saturation), actuator
         unbounded[own] = actuator if largest == math.inf else -1
     return drives, unbounded, coils
@@ -144,28 +148,21 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
     Diamagnets are left out, since magnets only repel them.
     """
     scale = moment_scale(model)
-    for _, elements in tuples(model, "iron"):
-        numeric = next(number for kind, number, _ in elements if kind == NUMERIC)
-        material = model.numeric(numeric).data
+    for row in rows(model, of_table.PIECES):
+        geom, material = int(row.geom), model.numeric(int(row.material)).data
         chi, magnetization = material[0], material[1] if len(material) > 1 else 0.0
-        if chi <= 0:
-            continue
-        for kind, geom, _ in elements:
-            if kind == GEOM and model.geom_type[geom] != PLANE:
-                *axes, volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
-                factor = min(demagnetizing_factors(*axes))
-                response = volume * chi / (1 + factor * chi) / VACUUM_PERMEABILITY
-                yield geom, response, scale * volume * magnetization or math.inf
+        if chi > 0:
+            *axes, volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
+            factor = min(demagnetizing_factors(*axes))
+            response = volume * chi / (1 + factor * chi) / VACUUM_PERMEABILITY
+            yield geom, response, scale * volume * magnetization or math.inf
 
 
 def _planes(model: mujoco.MjModel, kinds: int) -> Iterator[tuple[int, float]]:
     """Yield the plane of iron, if there is one, and the strength of the images in it."""
-    for _, elements in tuples(model, "iron") if kinds & IRON else ():
-        numeric = next(number for kind, number, _ in elements if kind == NUMERIC)
-        chi = float(model.numeric(numeric).data[0])
-        for kind, geom, _ in elements:
-            if kind == GEOM and model.geom_type[geom] == PLANE:
-                yield geom, chi / (chi + 2)
+    for row in rows(model, of_table.PLANES) if kinds & IRON else ():
+        chi = float(model.numeric(int(row.material)).data[0])
+        yield int(row.geom), chi / (chi + 2)
 
 
 def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, images: float) -> Magnet:

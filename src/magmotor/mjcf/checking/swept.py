@@ -13,7 +13,7 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.reach import bodies_between, joints_between
-from magmotor.mjcf.forces.joint_potentials import HINGE, SLIDE
+from magmotor.mjcf.declarations.user_numbers import HINGE, SLIDE
 from magmotor.mjcf.lookup import disabled
 
 MOST_JOINTS = 4

@@ -43,18 +43,6 @@ def userdata(path: BrownianPath, first_step: int, replicas: int) -> NDArray[np.f
 
 
 @subroutine(forceinline=True)
-def invalid_row(m, offsets):
-    """Return the first body whose `user` numbers are not finite rows of six, or -1."""
-    nuser, bodies = m[offsets.nuser_body // 8], m[offsets.nbody // 8]
-    rows = memory.numbers(m[offsets.body_user // 8], bodies, nuser)
-    for body in range(bodies):
-        rest = memory.any_number(rows, body, nuser - nuser % 6, nuser)
-        if rest or not memory.all_finite(rows, body, nuser):
-            return body
-    return -1
-
-
-@subroutine(forceinline=True)
 def clear_driven_bodies(m, d, offsets, applied):
     """Set the wrench of each body that has a Brownian channel to zero.
 

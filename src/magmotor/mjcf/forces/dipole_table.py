@@ -1,9 +1,6 @@
 """The dipoles of a model in one state, as a table for the loops of `magmotor.dipoles`.
 
-A dipole is a site: the site's z axis is the dipole's direction, and its `user` number is the moment
-in A m^2 (if missing or zero, the site is not a dipole), which a coil may scale. The dipoles of one
-body form a magnet, and so does each piece of iron. Magnets of one rigid body (bodies without a
-joint between them) do not act on each other.
+The dipoles of one body form a magnet, and so does each piece of iron.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -13,8 +10,12 @@ from typing import NamedTuple
 
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
-from magmotor.mjcf.forces.couplings import is_coupled
+from magmotor.mjcf.declarations.table import magnets as magnets_of
+from magmotor.mjcf.declarations.table import sites as sites_of
+from magmotor.mjcf.forces.iron import BODY as BODY_OF_PIECE
+from magmotor.mjcf.forces.iron import MOVES as MOVES_OF_PIECE
 from magmotor.mjcf.forces.iron import PIECE
+from magmotor.mjcf.forces.iron import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.numerics.simd import COUNT
 from magmotor.numerics.subroutine import subroutine
@@ -30,9 +31,6 @@ The last one lists the magnets that are evaluated pairwise.
 
 ELEMENT, ROWS = 12, 13
 """Row by dipole: its site, or, for a piece of iron, the number of sites plus its geom."""
-
-LARGE = 16
-"""Number of sites that makes a body's magnet large."""
 
 NOBODY = -2.0
 """Label that no dipole in the table has."""
@@ -59,55 +57,50 @@ class Magnets(NamedTuple):
 
 
 @subroutine
-def table_size(dipoles, ntuple):
+def table_size(dipoles, coupled):
     """Return the first column of pairwise magnets in the table, and the number of columns."""
     boundary = padded(dipoles) + COUNT
-    return boundary, boundary + (2 if ntuple == 0 else COUNT) * boundary
+    return boundary, boundary + (COUNT if coupled else 2) * boundary
 
 
 @subroutine(forceinline=True)
-def gather(table, boundary, nsite, scale, drives, couplings, pieces, m, d, offsets):
-    """Fill the table with the first `nsite` sites and the pieces of iron; return the `Magnets`.
+def gather(table, boundary, scale, drives, pieces, own, count, m, d, offsets):
+    """Fill the table with dipole sites and pieces of iron; return the `Magnets`.
 
-    `scale` multiplies all moments, and `drives`, unless it is empty, that of each site; the pieces
-    have no moment yet.
+    `scale` multiplies all moments, and `drives`, unless it is empty, those of the sites of coils;
+    the pieces have no moment yet. `own` is the table of the model, of whose magnets the first
+    `count` act.
     """
+    nsite = m[offsets.nsite // 8]
     moment = memory.numbers(m[offsets.site_user // 8], nsite, m[offsets.nuser_site // 8])
-    body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
-    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
-    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
     position = memory.numbers(d[offsets.site_xpos // 8], nsite, 3)
     frame = memory.numbers(d[offsets.site_xmat // 8], nsite, 9)
-    magnets = pairwise = end = start = 0
+    declared, sites = magnets_of(own), sites_of(own)
+    magnets = pairwise = end = 0
     after = boundary
     mixed = False
-    while start < nsite:
-        body = body_of[start]
-        weld = weld_of[body]
-        last = start + 1
-        while last < nsite and body_of[last] == body:  # in no order, if Python assigned them
-            last += 1
-        separate = last - start >= LARGE or is_coupled(body, couplings)
+    for magnet in range(count):
+        row = declared[magnet]
+        separate = row.separate != 0
         first = after if separate else end
         j = first
-        for site in range(start, last):
+        for site in range(row.first_site, row.end_site):
             strength = moment[site, 0]
             if strength != 0.0:
-                if len(drives) > 0:
-                    strength *= drives[site]
+                if len(drives) > 0 and sites[site].coil >= 0:
+                    strength *= drives[sites[site].coil]
                 strength *= scale
                 for k in range(3):
                     table[k, j] = position[site, k]
                     table[3 + k, j] = strength * frame[site, 3 * k + 2]
-                table[LABEL, j] = weld
+                table[LABEL, j] = row.weld
                 table[ELEMENT, j] = site
                 j += 1
-        start = last
         if j > first:
             table[FIRST, magnets] = first
             table[SIZE, magnets] = j - first
-            table[BODY, magnets] = body
-            table[MOVES, magnets] = freedoms[weld]
+            table[BODY, magnets] = row.body
+            table[MOVES, magnets] = row.freedoms
             if separate:
                 table[PAIRWISE, pairwise] = magnets
                 pairwise += 1
@@ -115,11 +108,11 @@ def gather(table, boundary, nsite, scale, drives, couplings, pieces, m, d, offse
                 after += padded(j - first)
             else:
                 end = j
-                mixed = mixed or table[LABEL, 0] != weld
+                mixed = mixed or table[LABEL, 0] != row.weld
             magnets += 1
     iron = end
     for i in range(len(pieces)):
-        _add_piece(table, end, magnets, int(pieces[i, PIECE]), nsite, m, d, offsets)
+        _add_piece(table, end, magnets, pieces[i], nsite, d, offsets)
         mixed = mixed or table[LABEL, 0] != table[LABEL, end]
         end += 1
         magnets += 1
@@ -128,18 +121,16 @@ def gather(table, boundary, nsite, scale, drives, couplings, pieces, m, d, offse
 
 
 @subroutine
-def _add_piece(table, end, magnet, geom, nsite, m, d, offsets):
+def _add_piece(table, end, magnet, piece, nsite, d, offsets):
     """Write a piece of iron, without a moment, to column `end`."""
-    body = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)[geom]
-    weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]
+    geom = int(piece[PIECE])
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)[geom]
     for k in range(3):
         table[k, end] = position[k]
         table[3 + k, end] = 0.0
-    table[LABEL, end], table[ELEMENT, end] = weld, nsite + geom
-    table[FIRST, magnet], table[SIZE, magnet], table[BODY, magnet] = end, 1, body
-    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
-    table[MOVES, magnet] = freedoms[weld]
+    table[LABEL, end], table[ELEMENT, end] = piece[WELD_OF_PIECE], nsite + geom
+    table[FIRST, magnet], table[SIZE, magnet] = end, 1
+    table[BODY, magnet], table[MOVES, magnet] = piece[BODY_OF_PIECE], piece[MOVES_OF_PIECE]
 
 
 @subroutine

@@ -66,7 +66,7 @@ def add_dipole_wrenches(
     count, mixed = magnets.number, magnets.mixed
     if mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end):
         memory.mark_stack(stack)
-        place = memory.triple_on_stack()
+        place = memory.pair_on_stack()
         acting = _add_clustered_wrenches(
             model, stack, tolerance, table.ctypes.data, table.shape[1], count, boundary, end,
             center.ctypes.data, applied.ctypes.data, place,

@@ -13,27 +13,6 @@ import math
 from magmotor.mjcf import memory
 from magmotor.numerics.subroutine import subroutine
 
-SLIDE, HINGE = 2, 3
-"""mjJNT_SLIDE and mjJNT_HINGE."""
-
-
-@subroutine(forceinline=True)
-def invalid_potential(m, offsets):
-    """Return the first joint with invalid `user` numbers, or -1.
-
-    They must be finite pairs, and the joint must be a slide or a hinge.
-    """
-    nuser, joints = m[offsets.nuser_jnt // 8], m[offsets.njnt // 8]
-    waves = memory.numbers(m[offsets.jnt_user // 8], joints, nuser)
-    kind = memory.integers(m[offsets.jnt_type // 8], joints)
-    for joint in range(joints):
-        single = nuser % 2 == 1 and waves[joint, nuser - 1] != 0.0
-        linear = kind[joint] == SLIDE or kind[joint] == HINGE
-        finite = memory.all_finite(waves, joint, nuser)
-        if single or not finite or (not linear and memory.any_number(waves, joint, 0, nuser)):
-            return joint
-    return -1
-
 
 @subroutine(forceinline=True)
 def add_potential_forces(m, d, offsets, generalized):

@@ -6,6 +6,7 @@
 import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
+from magmotor.mjcf.forces.applied_fields import acts_on, field_and_gradient
 from magmotor.mjcf.forces.couplings import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
@@ -16,7 +17,6 @@ from magmotor.mjcf.forces.dipole_table import (
     add_images,
     dipole,
 )
-from magmotor.mjcf.forces.fields import acts_on, field_and_gradient
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.numerics.subroutine import subroutine
@@ -43,7 +43,7 @@ def energy_of(state, m, offsets):
             energy -= 0.5 * _product(target, images[3:6])
             for number in range(len(state.fields)):
                 row = state.fields[number]
-                if acts_on(row, int(table[BODY, k]), m, offsets):
+                if acts_on(row, table[LABEL, first], table[MOVES, k]):
                     field = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
                     energy -= _product(target, field[:3])
     return energy

@@ -9,15 +9,21 @@ from typing import Any, NamedTuple
 import mujoco
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.errors import BEHIND, COIL, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
-from magmotor.mjcf.forces import fields as given
+from magmotor.mjcf.declarations import table as declared
+from magmotor.mjcf.declarations.constants import moment_scale
+from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
+from magmotor.mjcf.declarations.reader import acting_kinds, table_of
+from magmotor.mjcf.errors import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
+from magmotor.mjcf.forces import applied_fields as applied
+from magmotor.mjcf.forces.applied_fields import NAME, acts_on, field_and_gradient, read_fields
 from magmotor.mjcf.forces.clusters import cluster_bytes
-from magmotor.mjcf.forces.coils import read_drives
 from magmotor.mjcf.forces.couplings import read_couplings
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
     ELEMENT,
     FIRST,
+    LABEL,
+    MOVES,
     ROWS,
     SIZE,
     Magnets,
@@ -27,13 +33,11 @@ from magmotor.mjcf.forces.dipole_table import (
     sum_over_table,
     table_size,
 )
-from magmotor.mjcf.forces.fields import NAME, acts_on, field_and_gradient, read_fields
+from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
-from magmotor.mjcf.forces.iron import COLUMNS, OUTER, count_pieces, read_pieces
-from magmotor.mjcf.forces.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, forces_of
+from magmotor.mjcf.forces.iron import COLUMNS, OUTER, read_mirror, read_pieces
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
-from magmotor.mjcf.forces.units import moment_scale
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -61,32 +65,46 @@ class MagneticState(NamedTuple):
     error: tuple[int, int, int]
 
 
+class Sizes(NamedTuple):
+    """How many of each there are at most: dipoles, of sites of magnets, and so on."""
+
+    magnets: int
+    sites: int
+    couplings: int
+    fields: int
+    pieces: int
+    coils: int
+
+
 @subroutine
-def _sizes(m, offsets, kinds):
-    """Return the largest numbers of dipole sites, couplings, fields, pieces and driven sites."""
-    ntuple = m[offsets.ntuple // 8]
-    nsite = m[offsets.nsite // 8] if kinds & DIPOLES and m[offsets.nuser_site // 8] > 0 else 0
-    return (
-        nsite,
-        ntuple if kinds & COUPLINGS else 0,
-        m[offsets.nnumeric // 8] if kinds & FIELDS else 0,
-        count_pieces(m, offsets) if kinds & IRON else 0,
-        nsite if kinds & COILS and ntuple > 0 else 0,
+def _sizes(table, kinds):
+    """Return the sizes of what acts."""
+    magnets = declared.magnets(table)
+    count = len(magnets) if kinds & DIPOLES else 0
+    sites = 0
+    for k in range(count):
+        sites += magnets[k].end_site - magnets[k].first_site
+    return Sizes(
+        count,
+        sites,
+        len(declared.couplings(table)) if kinds & COUPLINGS else 0,
+        len(declared.fields(table)) if kinds & FIELDS else 0,
+        len(declared.pieces(table)) if kinds & IRON else 0,
+        len(declared.coils(table)) if kinds & COILS and count > 0 else 0,
     )
 
 
 @subroutine
-def stack_words(m, offsets, kinds):
+def _stack_words(sizes):
     """Return the number of 64-bit words that `read_state` allocates."""
-    nsite, ntuple, numerics, count, driven = _sizes(m, offsets, kinds)
-    _, columns = table_size(nsite + count, ntuple)
+    _, columns = table_size(sizes.sites + sizes.pieces, sizes.couplings > 0)
     return (
         ROWS * columns
-        + 3 * ntuple
-        + given.COLUMNS * numerics
-        + COLUMNS * count
-        + 7 * padded(count)
-        + 2 * driven
+        + 3 * sizes.couplings
+        + applied.COLUMNS * sizes.fields
+        + COLUMNS * sizes.pieces
+        + 7 * padded(sizes.pieces)
+        + sizes.coils
     )
 
 
@@ -101,44 +119,44 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
 
     def stack_bytes(model):
         _ = checksum
-        m = memory.words(model, memory.UNBOUNDED)
-        kinds = forces_of(m, offsets)
-        dipoles = m[offsets.nsite // 8] + count_pieces(m, offsets)
-        return 8 * stack_words(m, offsets, kinds) + cluster_bytes(dipoles) + ALIGNMENT
+        m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+        sizes = _sizes(table, acting_kinds(table, m, offsets))
+        return 8 * _stack_words(sizes) + cluster_bytes(sizes.sites + sizes.pieces) + ALIGNMENT
 
     return stack_bytes
 
 
 @subroutine
-def read_state(m, d, offsets, kinds):
-    """Read everything magnetic, and find the moments of iron.
+def read_state(m, d, offsets, own, kinds):
+    """Read everything magnetic, and find the moments of iron; `own` is the table of the model.
 
     The caller marks the stack of `mjData` before, and frees it afterwards.
     """
-    nsite, ntuple, numerics, count, driven = _sizes(m, offsets, kinds)
-    scale = moment_scale(m, offsets)
-    boundary, columns = table_size(nsite + count, ntuple)
-    place = memory.allocate(d.ctypes.data, 8 * stack_words(m, offsets, kinds), 64)
+    sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
+    boundary, columns = table_size(sizes.sites + sizes.pieces, sizes.couplings > 0)
+    place = memory.allocate(d.ctypes.data, 8 * _stack_words(sizes), 64)
     table = memory.numbers(place, ROWS, columns)
     place += 8 * ROWS * columns
-    iron = memory.numbers(place, 7, padded(count))
-    place += 8 * 7 * padded(count)
-    couplings = memory.numbers(place, ntuple, 3)
-    place += 8 * 3 * ntuple
-    fields = memory.numbers(place, numerics, given.COLUMNS)
-    place += 8 * given.COLUMNS * numerics
-    pieces = memory.numbers(place, count, COLUMNS)
-    place += 8 * COLUMNS * count
-    drives = memory.numbers(place, 2, driven)
-    couplings = couplings[: read_couplings(couplings, m, offsets)]
-    fields = fields[: read_fields(fields, scale, m, d, offsets)]
-    mirror = NO_MIRROR
-    if count > 0:
-        found, mirror = read_pieces(pieces, scale, m, d, offsets)
-        pieces = pieces[:found]
-    coil = read_drives(drives, m, d, offsets) if driven > 0 else -1
-    magnets = gather(table, boundary, nsite, scale, drives[0], couplings, pieces, m, d, offsets)
-    error = (COIL, coil, -1) if coil >= 0 else _dipole_behind(table, magnets, mirror)
+    iron = memory.numbers(place, 7, padded(sizes.pieces))
+    place += 8 * 7 * padded(sizes.pieces)
+    couplings = memory.numbers(place, sizes.couplings, 3)
+    place += 8 * 3 * sizes.couplings
+    fields = memory.numbers(place, sizes.fields, applied.COLUMNS)
+    place += 8 * applied.COLUMNS * sizes.fields
+    pieces = memory.numbers(place, sizes.pieces, COLUMNS)
+    place += 8 * COLUMNS * sizes.pieces
+    drives = memory.numbers(place, 1, sizes.coils)[0]
+    if sizes.couplings > 0:
+        read_couplings(couplings, own, m, offsets)
+    if sizes.fields > 0:
+        read_fields(fields, scale, own, m, d, offsets)
+    if sizes.pieces > 0:
+        pieces = pieces[: read_pieces(pieces, scale, own, m, offsets)]
+    if sizes.coils > 0:
+        read_drives(drives, own, m, d, offsets)
+    mirror = read_mirror(own, m, d, offsets) if kinds & IRON else NO_MIRROR
+    magnets = gather(table, boundary, scale, drives, pieces, own, sizes.magnets, m, d, offsets)
+    error = _dipole_behind(table, magnets, mirror)
     state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, scale, error)
     if len(pieces) > 0 and error[0] < 0:
         error = _magnetize(state, m, d, offsets)
@@ -148,7 +166,7 @@ def read_state(m, d, offsets, kinds):
 
 @subroutine
 def _magnetize(state, m, d, offsets):
-    """Find the moments of iron; return a error."""
+    """Find the moments of iron; return an error."""
     table, iron, first = state.table, state.iron, state.magnets.iron
     for i in range(iron.shape[1]):
         for row in range(6):
@@ -195,7 +213,7 @@ def misplaced_dipole(state, m, offsets):
             x, y, z = table[0, i], table[1, i], table[2, i]
             for number in range(len(state.fields)):
                 row = state.fields[number]
-                if not acts_on(row, int(table[BODY, k]), m, offsets):
+                if not acts_on(row, table[LABEL, i], table[MOVES, k]):
                     continue
                 f = field_and_gradient(row, x, y, z, m, offsets)
                 if not math.isfinite(f[0] + f[1] + f[2]):

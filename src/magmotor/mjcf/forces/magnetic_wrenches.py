@@ -7,9 +7,13 @@ import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
+from magmotor.mjcf.declarations.constants import tolerance_of
+from magmotor.mjcf.declarations.custom import numbers_of
+from magmotor.mjcf.declarations.fields import UNIFORM
 from magmotor.mjcf.errors import COINCIDENCE, NO_ERROR, OUTSIDE
+from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
+from magmotor.mjcf.forces.applied_fields import NAME, OWNER, acts_on, field_and_gradient
 from magmotor.mjcf.forces.couplings import coupling_factor
-from magmotor.mjcf.forces.custom import numbers_of
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
     ELEMENT,
@@ -21,47 +25,44 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
-from magmotor.mjcf.forces.fields import NAME, OWNER, UNIFORM, acts_on, field_and_gradient
 from magmotor.mjcf.forces.magnetic_state import read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
-from magmotor.mjcf.forces.tolerance import tolerance_of
 from magmotor.numerics.subroutine import subroutine
 
 
 @subroutine(forceinline=True)
-def set_magnetic_wrenches(m, d, offsets, kinds, applied, later):
+def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
     """Overwrite the wrench of each body that can move and on which magnetism acts.
 
-    `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `kinds` are the bits
-    of `forces_of`, `applied` (nbody, 6) receives the wrenches, and `later` is whether this is a
-    later stage of RK4. Returns the number of interactions, and an error for `report`; without one,
-    its other numbers are those of `unresolved_body`.
+    `m` and `d` are the words of mjModel and mjData, `offsets` is their layout, `own` is the table
+    of the model, `kinds` are the bits of what acts, `applied` (nbody, 6) receives the wrenches, and
+    `later` is whether this is a later stage of RK4. Returns the number of interactions, and an
+    error; without one, its other numbers are those of `unresolved_body`.
     """
     memory.mark_stack(d.ctypes.data)
-    state = read_state(m, d, offsets, kinds)
+    state = read_state(m, d, offsets, own, kinds)
     acting, error = 0, state.error
     if error[0] < 0 and state.magnets.number > 0:
-        acting, error = _set_wrenches(state, m, d, offsets, applied, later)
+        tolerance = tolerance_of(own, m, offsets)
+        acting, error = _set_wrenches(state, tolerance, m, d, offsets, applied, later)
     memory.free_stack(d.ctypes.data)
     return acting, error
 
 
 @subroutine(forceinline=True)
-def _set_wrenches(state, m, d, offsets, applied, later):
+def _set_wrenches(state, tolerance, m, d, offsets, applied, later):
     """Overwrite the wrenches, as `set_magnetic_wrenches` does."""
     table, magnets = state.table, state.magnets
     for k in range(magnets.number):
         if table[MOVES, k] > 0.0:
             applied[int(table[BODY, k])] = 0.0
     for i in range(len(state.fields)):
-        owner = int(state.fields[i, OWNER])
-        if _moves(owner, m, offsets):
-            applied[owner] = 0.0
+        if state.fields[i, OWNER_MOVES] > 0.0:
+            applied[int(state.fields[i, OWNER])] = 0.0
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     acting, coincident = add_dipole_wrenches(
-        m.ctypes.data, d.ctypes.data, tolerance_of(m, offsets), table, magnets, state.couplings,
-        center, applied,
+        m.ctypes.data, d.ctypes.data, tolerance, table, magnets, state.couplings, center, applied
     )  # fmt: skip
     error = NO_ERROR
     if coincident > 0:
@@ -77,13 +78,6 @@ def _set_wrenches(state, m, d, offsets, applied, later):
 
 
 @subroutine
-def _moves(body, m, offsets):
-    """Whether the rigid body to which a body belongs can move."""
-    weld = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)[body]
-    return memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)[weld] > 0
-
-
-@subroutine
 def _add_field_wrenches(state, m, offsets, center, applied):
     """Add the wrenches of applied fields on all dipoles, and the reactions on their bodies."""
     table = state.table
@@ -91,7 +85,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
     for number in range(len(state.fields)):
         row = state.fields[number]
         owner = int(row[OWNER])
-        reacts = _moves(owner, m, offsets)
+        reacts = row[OWNER_MOVES] > 0.0
         if not reacts and len(numbers_of(int(row[NAME]), m, offsets)) == UNIFORM:
             field = field_and_gradient(row, 0.0, 0.0, 0.0, m, offsets)
             acting += _add_turns(table, state.magnets.number, field, applied)
@@ -99,7 +93,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
         for k in range(state.magnets.number):
             body, first = int(table[BODY, k]), int(table[FIRST, k])
             moves = table[MOVES, k] > 0.0
-            if not acts_on(row, body, m, offsets):
+            if not acts_on(row, table[LABEL, first], table[MOVES, k]):
                 continue
             acting += 1
             for i in range(first, first + int(table[SIZE, k])):
@@ -156,7 +150,7 @@ def _add_image_wrenches(state, center, applied):
 
 @subroutine
 def find_coincidence(state):
-    """Find two dipoles that coincide and act on each other, as a error."""
+    """Find two dipoles that coincide and act on each other, as an error."""
     table, magnets = state.table, state.magnets
     for k in range(magnets.number):
         for other in range(k):

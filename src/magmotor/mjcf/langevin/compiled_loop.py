@@ -14,9 +14,10 @@ from functools import cache
 from numba import types
 
 from magmotor.mjcf import binding, layout, memory
+from magmotor.mjcf.declarations.reader import acting_kinds, table_of
+from magmotor.mjcf.errors import WORDS
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
-from magmotor.mjcf.forces.marks import forces_of
 from magmotor.mjcf.langevin.coefficients import (
     BODY,
     CHANNEL,
@@ -158,10 +159,10 @@ def _compute_forces(model, data, offsets, coefficients, force):
     applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
     for i in range(len(force)):
         force[i] = 0.0
-    place = memory.triple_on_stack()
-    kinds = forces_of(memory.words(model, memory.UNBOUNDED), offsets)
-    apply_forces(model, data, kinds, wrenches, force.ctypes.data, False, place)
-    report(memory.words(place, 3), model, data)
+    place, table = memory.error_on_stack(), table_of(model)
+    kinds = acting_kinds(table, memory.words(model, memory.UNBOUNDED), offsets)
+    apply_forces(model, data, table, kinds, wrenches, force.ctypes.data, False, place)
+    report(memory.words(place, WORDS), model, data)
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)
     direct = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)
     for i in range(len(force)):

@@ -17,7 +17,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import reject
 from magmotor.common.hints import numbers
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.forces.marks import NOISE
+from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.langevin.checks import ROUNDING, check_model, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts

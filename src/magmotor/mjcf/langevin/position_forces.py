@@ -6,6 +6,8 @@
 from numba import types
 
 from magmotor.mjcf import binding, memory
+from magmotor.mjcf.declarations.reader import table_of
+from magmotor.mjcf.errors import WORDS
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.reports import report
 from magmotor.numerics.subroutine import subroutine
@@ -94,9 +96,9 @@ def add_own_forces(model, data, offsets, tree, wrenches, generalized):
     wrenches[:] = 0.0
     xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
     applied = wrenches if tree.own_wrenches else xfrc
-    place, own = memory.triple_on_stack(), applied.ctypes.data
-    apply_forces(model, data, tree.forces, own, generalized.ctypes.data, False, place)
-    report(memory.words(place, 3), model, data)
+    place, own, table = memory.error_on_stack(), applied.ctypes.data, table_of(model)
+    apply_forces(model, data, table, tree.forces, own, generalized.ctypes.data, False, place)
+    report(memory.words(place, WORDS), model, data)
     if tree.own_wrenches:
         _shift_wrenches(d, offsets, tree, wrenches)
         project_wrenches(d, offsets, tree, wrenches, generalized)

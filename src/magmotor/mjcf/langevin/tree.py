@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import magmotor_plugin
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.forces.marks import NOISE
+from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.langevin.contacts import may_touch
 from magmotor.mjcf.lookup import disabled
 
@@ -50,7 +50,7 @@ class Tree(NamedTuple):
     actuators: bool
     constraints: bool
     forces: int
-    """Bits of the dipoles and potentials that act; see `magmotor.mjcf.forces.marks`."""
+    """Bits of the dipoles and potentials that act; see `magmotor.mjcf.declarations.marks`."""
     own_wrenches: bool
     """Whether their wrenches stay out of `xfrc_applied`, since the model has the plugin."""
 

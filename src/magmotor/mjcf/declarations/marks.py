@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from magmotor.mjcf import memory
+from magmotor.mjcf.declarations.user_numbers import has_numbers
 from magmotor.numerics.subroutine import subroutine
 
 DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON = (1 << k for k in range(8))
@@ -51,14 +52,11 @@ _BITS = tuple(WORDS.values())
 
 
 @subroutine
-def forces_of(m, offsets):
-    """Return the bits of what acts on a model, by its marks or by what is plain without one.
-
-    The result is negative if a mark is wrong.
-    """
+def marked_kinds(m, offsets):
+    """Return the bits of what a model's marks name, `UNMARKED` without one, or `WRONG`."""
     text, config = marks_of(m, offsets)
     if text == 0 and config == 0:
-        return (DIPOLES if _is_plainly_magnetic(m, offsets) else 0) | UNMARKED
+        return UNMARKED
     by_text = _bits_of(text) if text != 0 else 0
     by_config = _bits_of(config) if config != 0 else by_text
     return by_config if by_text == 0 or by_text == by_config else WRONG
@@ -95,22 +93,10 @@ def has_words_of_mark(text, m, offsets):
 @subroutine
 def plugin_instance(m, offsets):
     """Number of the first instance of our plugin in a model; -1 if there is none."""
-    return _first_instance(memory.plugin_slot(), m, offsets)
-
-
-@subroutine
-def has_magnetometer(m, offsets):
-    """Whether a model has any of our sensors."""
-    return _first_instance(memory.magnetometer_slot(), m, offsets) >= 0
-
-
-@subroutine
-def _first_instance(slot, m, offsets):
-    """Number of the first instance of the plugin in a slot; -1 if there is none."""
     count = m[offsets.nplugin // 8]
     slots = memory.integers(m[offsets.plugin // 8], count)
     for k in range(count):
-        if slots[k] == slot:
+        if slots[k] == memory.plugin_slot():
             return k
     return -1
 
@@ -153,7 +139,7 @@ def _word(first, second, length):
 
 
 @subroutine
-def _is_plainly_magnetic(m, offsets):
+def is_plainly_magnetic(m, offsets):
     """Whether the `user` numbers of an unmarked model can be nothing but moments of sites."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
     if nsite == 0 or nuser == 0:
@@ -169,24 +155,3 @@ def _is_plainly_magnetic(m, offsets):
         or has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user)
         or has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user)
     )
-
-
-@subroutine
-def has_user_numbers(m, offsets):
-    """Whether any site, body or joint has `user` numbers."""
-    return (
-        has_numbers(m, offsets.nsite, offsets.nuser_site, offsets.site_user)
-        or has_numbers(m, offsets.nbody, offsets.nuser_body, offsets.body_user)
-        or has_numbers(m, offsets.njnt, offsets.nuser_jnt, offsets.jnt_user)
-    )
-
-
-@subroutine
-def has_numbers(m, count, nuser, user):
-    """Whether any `user` number of a type of element is not zero."""
-    rows, columns = m[count // 8], m[nuser // 8]
-    given = memory.numbers(m[user // 8], rows, columns)
-    present = False
-    for row in range(rows):
-        present = present or memory.any_number(given, row, 0, columns)
-    return present

@@ -1,20 +1,26 @@
 """Whether the indices, ranges and texts that are read from a model lie within its arrays.
 
 MuJoCo's check of a binary model lets -1 pass, and sums that overflow. It does not check what Python
-assigns to a model. Here, a model is checked where it is first read, and whenever its time is 0.
+assigns to a model. Here, they are checked where a model's structure is first read.
 """
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-import ctypes
-
 import numpy as np
 from numba import types
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.forces.custom import ACTUATOR, BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
-from magmotor.mjcf.forces.marks import UNREADABLE, forces_of
+from magmotor.mjcf.declarations.custom import (
+    ACTUATOR,
+    BODY,
+    GEOM,
+    JOINT,
+    NUMERIC,
+    SENSOR,
+    SITE,
+    TUPLE,
+)
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -90,41 +96,10 @@ The arguments are the address of mjModel, and of four words. These receive the e
 the size of its range, and the number of elements that it may name.
 """
 
-ADDRESS_BITS = 8
-"""Two models share a word with a chance of 2^-8; then they are checked in every step."""
-
-_checked = (ctypes.c_int64 * (1 << ADDRESS_BITS))()
-_address_of_checked = ctypes.c_int64(ctypes.addressof(_checked))
-_checked_address = memory.variable("magmotor_checked_address")
-
 
 def bind() -> None:
-    """Bind `invalid_index`, and the models that it has checked, to their symbols."""
-    memory.bind_variable("magmotor_checked_address", _address_of_checked)
+    """Bind `invalid_index` to its symbol."""
     memory.bind_compiled("magmotor_invalid_index", _invalid_index(layout.current()))
-
-
-@subroutine
-def is_readable(model):
-    """Whether no field of a model is invalid."""
-    return invalid_index(model, memory.details_on_stack()) < 0
-
-
-@subroutine
-def is_at_start(data, offsets):
-    """Whether the time is 0, as that of a new model where in memory an older one has been."""
-    return memory.numbers(data + offsets.time, 1, 1)[0, 0] == 0.0
-
-
-@subroutine
-def stays_readable(model, data, offsets):
-    """Whether no field was invalid when the model was checked: now, if it may be a new one."""
-    word = memory.words(_checked_address() + 8 * memory.spread(model, ADDRESS_BITS), 1)
-    if word[0] == model and not is_at_start(data, offsets):
-        return True
-    readable = is_readable(model)
-    word[0] = model if readable else 0
-    return readable
 
 
 @compiled_once(_FIND, error_model="numpy")
@@ -192,16 +167,3 @@ def _find_object(array, count, types_of, objects, m, found):
             found[0], found[1], found[2], found[3] = i, index[i], 1, m[which]
             return True
     return False
-
-
-@subroutine
-def checked_forces_of(m, offsets):
-    """Return the bits of `forces_of`, or `UNREADABLE`, which `first_error` makes an error."""
-    return forces_of(m, offsets) if is_readable(m.ctypes.data) else UNREADABLE
-
-
-@subroutine
-def current_forces_of(m, d, offsets):
-    """Return the same for a step, which does not check again a model whose time has passed 0."""
-    readable = stays_readable(m.ctypes.data, d.ctypes.data, offsets)
-    return forces_of(m, offsets) if readable else UNREADABLE

@@ -1,4 +1,7 @@
-"""Numbers and tuples of `<custom>`, by which a model declares what MJCF has no element for."""
+"""Numbers and tuples of `<custom>`, by which a model declares what MJCF has no element for.
+
+Only the reader of a table looks at names.
+"""
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
@@ -15,10 +18,6 @@ BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TEXT, TUPLE = 1, 3, 5, 6, 19
 
 FEW, FIRST, KIND, MISNAMED, SHAPE, DELAY, PRM, REPEATED, CONTAINED, SECOND = range(10)
 """Rules that the elements of a tuple can break; `sentences.py` has the sentences."""
-
-VALID = (-1, -1, -1, -1)
-"""Stands for an invalid tuple, its wrong element among those of all tuples (or -1), the rule, and
-another tuple that names the same element (or -1)."""
 
 
 @subroutine
@@ -42,15 +41,6 @@ def numeric_named(name, m, offsets):
         if numeric_starts_with(k, name, m, offsets):
             return k
     return -1
-
-
-@subroutine
-def invalid_number(k, least, largest, m, offsets):
-    """Return numeric k unless it is one number within bounds; -1 if it is, or if k is -1."""
-    if k < 0:
-        return -1
-    numbers = numbers_of(k, m, offsets)
-    return -1 if len(numbers) == 1 and least <= numbers[0] <= largest else k
 
 
 @subroutine

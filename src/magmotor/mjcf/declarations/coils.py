@@ -1,0 +1,118 @@
+"""Coils: dipoles whose moments follow an actuator, such as electromagnets.
+
+A tuple whose name starts with `coil` names an actuator first, then sites or bodies. The moment of
+each of these sites, and of all dipole sites of these bodies, is its `user` number times the
+actuator's drive (see `magmotor.mjcf.forces.drives`). The actuator's `prm`, if it is not 0, is the
+drive at which the core saturates.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+from magmotor.mjcf import memory
+from magmotor.mjcf.declarations.custom import (
+    ACTUATOR,
+    BODY,
+    CONTAINED,
+    DELAY,
+    FEW,
+    FIRST,
+    KIND,
+    PRM,
+    REPEATED,
+    SITE,
+    element,
+    elements_of,
+    tuple_starts_with,
+)
+from magmotor.mjcf.declarations.table import COILS, SITES, add_row, coils, refuse, sites
+from magmotor.mjcf.errors import COIL, set_error
+from magmotor.numerics.subroutine import subroutine
+
+PREFIX = tuple(b"coil")
+
+
+@subroutine
+def read_coils(table, acts, m, offsets):
+    """Write a row for each valid coil, and then, if there are any, the coil of each site, or -1."""
+    for k in range(m[offsets.ntuple // 8]):
+        if tuple_starts_with(k, PREFIX, m, offsets):
+            i, rule, other = _broken_rule(k, m, offsets)
+            if rule >= 0:
+                refuse(table, acts, COIL, k, i, rule, other)
+                continue
+            add_row(table, COILS)
+            row = coils(table)[-1]
+            row.tuple, row.element = k, elements_of(k, m, offsets).start
+            row.actuator = element(row.element, m, offsets)[1]
+    found, nsite = coils(table), m[offsets.nsite // 8]
+    for _ in range(nsite if len(found) > 0 else 0):
+        add_row(table, SITES)
+    body_of = memory.integers(m[offsets.site_bodyid // 8], nsite)
+    for k in range(len(found)):
+        for i in elements_of(found[k].tuple, m, offsets):
+            kind, number, _ = element(i, m, offsets)
+            if kind == SITE:
+                sites(table)[number].coil = k
+            for site in range(nsite if kind == BODY else 0):
+                if body_of[site] == number:
+                    sites(table)[site].coil = k
+
+
+@subroutine
+def _broken_rule(k, m, offsets):
+    """Return the first wrong element of tuple k, the rule, and another tuple; or -1, -1, -1.
+
+    There must be one actuator first, then sites and bodies that no coil names twice.
+    """
+    elements = elements_of(k, m, offsets)
+    for i in elements:
+        kind, _, _ = element(i, m, offsets)
+        rule = other = -1
+        if i == elements.start:
+            rule = -1 if kind == ACTUATOR else FIRST
+        elif kind in (SITE, BODY):
+            rule, other = _repeated(i, m, offsets)
+        else:
+            rule = KIND
+        if rule >= 0:
+            return i, rule, other
+    return -1, FEW if len(elements) < 2 else -1, -1
+
+
+@subroutine
+def _repeated(i, m, offsets):
+    """Return how element i names the same sites as another element, and the tuple; or -1, -1."""
+    kind, number, _ = element(i, m, offsets)
+    body_of = memory.integers(m[offsets.site_bodyid // 8], memory.UNBOUNDED)
+    body = body_of[number] if kind == SITE else number
+    for k in range(m[offsets.ntuple // 8]):
+        if tuple_starts_with(k, PREFIX, m, offsets):
+            for j in elements_of(k, m, offsets):
+                other, same, _ = element(j, m, offsets)
+                if j < i and other == kind and same == number:
+                    return REPEATED, k
+                if kind == SITE and other == BODY and same == body:
+                    return CONTAINED, k
+    return -1, -1
+
+
+@subroutine
+def check_coils(error, table, m, offsets):
+    """Find an error in the numbers of the actuators of coils."""
+    for row in coils(table):
+        rule = wrong_drive(row, m, offsets)
+        if rule >= 0:
+            set_error(error, COIL, row.tuple, row.element, rule)
+            return
+
+
+@subroutine
+def wrong_drive(row, m, offsets):
+    """Return the rule that the actuator of a coil or a field breaks by its numbers, or -1."""
+    delay = memory.numbers(m[offsets.actuator_delay // 8], 1, memory.UNBOUNDED)[0, row.actuator]
+    if delay != 0.0:
+        return DELAY
+    return -1 if 0.0 <= element(row.element, m, offsets)[2] < math.inf else PRM

@@ -1,0 +1,46 @@
+"""Couplings: tuples of two bodies that scale the interaction of the bodies' magnets.
+
+A tuple whose name starts with `coupling` and whose elements are two bodies scales the interaction
+by `prm`, which must be the same for both elements. It applies to the named bodies only, not to
+bodies welded to them. The factors of several tuples for one pair multiply.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+from magmotor.mjcf.declarations.custom import BODY, element, elements_of, tuple_starts_with
+from magmotor.mjcf.declarations.table import COUPLINGS, add_row, couplings, refuse
+from magmotor.mjcf.errors import COUPLING, set_error
+from magmotor.numerics.subroutine import subroutine
+
+PREFIX = tuple(b"coupling")
+
+
+@subroutine
+def read_couplings(table, acts, m, offsets):
+    """Write a row for each tuple of two bodies."""
+    for k in range(m[offsets.ntuple // 8]):
+        if tuple_starts_with(k, PREFIX, m, offsets):
+            elements, bodies = elements_of(k, m, offsets), 0
+            for i in elements:
+                bodies += element(i, m, offsets)[0] == BODY
+            if bodies != 2 or len(elements) != 2:
+                refuse(table, acts, COUPLING, k)
+                continue
+            add_row(table, COUPLINGS)
+            row = couplings(table)[-1]
+            row.tuple, row.element = k, elements.start
+            row.body = element(elements.start, m, offsets)[1]
+            row.other = element(elements.start + 1, m, offsets)[1]
+
+
+@subroutine
+def check_couplings(error, table, m, offsets):
+    """Find an error in couplings whose `prm` are not equal and finite."""
+    for row in couplings(table):
+        factor = element(row.element, m, offsets)[2]
+        if not (factor == element(row.element + 1, m, offsets)[2] and abs(factor) < math.inf):
+            set_error(error, COUPLING, row.tuple)
+            return

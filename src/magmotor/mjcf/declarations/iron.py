@@ -1,0 +1,151 @@
+"""Pieces of soft iron, and of other materials that a field magnetizes.
+
+A tuple whose name starts with `iron` names one numeric and geoms. The numeric is the material: its
+susceptibility chi and, optionally, its saturation magnetization M_s in A/m. A plane is a mirror.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false
+
+import math
+
+from magmotor.mjcf import memory
+from magmotor.mjcf.declarations.custom import (
+    FEW,
+    GEOM,
+    KIND,
+    NUMERIC,
+    REPEATED,
+    SECOND,
+    SHAPE,
+    element,
+    elements_of,
+    numbers_of,
+    tuple_starts_with,
+)
+from magmotor.mjcf.declarations.table import (
+    PIECES,
+    PLANES,
+    add_row,
+    couplings,
+    pieces,
+    planes,
+    refuse,
+)
+from magmotor.mjcf.errors import COUPLED_IRON, IRON, MATERIAL, SIZE, set_error
+from magmotor.numerics.subroutine import subroutine
+
+PREFIX = tuple(b"iron")
+
+PLANE, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 0, 2, 3, 4, 5, 6
+"""mjGEOM_PLANE and so on."""
+
+
+@subroutine
+def read_iron(table, acts, coupled, m, offsets):
+    """Write a row for each geom of valid tuples; `coupled` is whether couplings act, too."""
+    for section in (PIECES, PLANES):
+        for k in range(m[offsets.ntuple // 8]):
+            if tuple_starts_with(k, PREFIX, m, offsets):
+                i, rule, other = _broken_rule(k, m, offsets)
+                if rule >= 0:
+                    refuse(table, acts, IRON, k, i, rule, other)
+                else:
+                    _add_geoms(table, section, k, m, offsets)
+    for piece in pieces(table):
+        for pair in couplings(table):
+            if piece.body in (pair.body, pair.other):
+                refuse(table, acts and coupled, COUPLED_IRON, piece.geom, pair.tuple)
+
+
+@subroutine
+def _add_geoms(table, section, k, m, offsets):
+    """Write a row for each geom of tuple k that is a plane, or for each that is none."""
+    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
+    body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
+    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
+    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
+    material = -1
+    for i in elements_of(k, m, offsets):
+        kind, number, _ = element(i, m, offsets)
+        if kind == NUMERIC:
+            material = number
+    for i in elements_of(k, m, offsets):
+        kind, geom, _ = element(i, m, offsets)
+        if kind == GEOM and (shape[geom] == PLANE) == (section == PLANES):
+            add_row(table, section)
+            row = planes(table)[-1] if section == PLANES else pieces(table)[-1]
+            row.geom, row.material, row.body = geom, material, body_of[geom]
+            row.weld = weld_of[row.body]
+            row.freedoms = freedoms[row.weld]
+
+
+@subroutine
+def _broken_rule(k, m, offsets):
+    """Return the first wrong element of tuple k, the rule, and another tuple; or -1, -1, -1.
+
+    There must be one numeric, and geoms of the shapes above, one of which at most is a plane, and
+    none of which is named twice.
+    """
+    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
+    materials = geoms = 0
+    for i in elements_of(k, m, offsets):
+        kind, number, _ = element(i, m, offsets)
+        rule = other = -1
+        if kind == NUMERIC:
+            materials += 1
+            rule = SECOND if materials > 1 else -1
+        elif kind == GEOM:
+            geoms += 1
+            other = _earlier_tuple(i, number, m, offsets)
+            if other >= 0:
+                rule = REPEATED
+            elif not (SPHERE <= shape[number] <= BOX or shape[number] == PLANE):
+                rule = SHAPE
+            elif shape[number] == PLANE and _earlier_tuple(i, -1, m, offsets) >= 0:
+                rule = SECOND
+        else:
+            rule = KIND
+        if rule >= 0:
+            return i, rule, other
+    return -1, FEW if materials == 0 or geoms == 0 else -1, -1
+
+
+@subroutine
+def _earlier_tuple(i, geom, m, offsets):
+    """Return the tuple of iron in which an element before i names a geom, or, if -1, a plane."""
+    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
+    for k in range(m[offsets.ntuple // 8]):
+        if tuple_starts_with(k, PREFIX, m, offsets):
+            for j in elements_of(k, m, offsets):
+                kind, other, _ = element(j, m, offsets)
+                same = kind == GEOM and (other == geom or (geom < 0 and shape[other] == PLANE))
+                if same and j < i:
+                    return k
+    return -1
+
+
+@subroutine
+def check_iron(error, table, m, offsets):
+    """Find an error in materials, or in the sizes of pieces.
+
+    A material has one or two finite numbers, the first at least -1 and the second not negative.
+    """
+    for found in (pieces(table), planes(table)):
+        for row in found:
+            numbers = numbers_of(row.material, m, offsets)
+            valid = len(numbers) in (1, 2) and -1.0 <= numbers[0] < math.inf
+            if len(numbers) == 2:
+                valid = valid and 0.0 <= numbers[1] < math.inf
+            if not valid:
+                set_error(error, MATERIAL, row.material)
+                return
+    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
+    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
+    for row in pieces(table):
+        used = 1 if shape[row.geom] == SPHERE else 3
+        used = 2 if shape[row.geom] in (CAPSULE, CYLINDER) else used
+        for axis in range(used):
+            if not 0.0 < size[row.geom, axis] < math.inf:
+                set_error(error, SIZE, row.geom)
+                return

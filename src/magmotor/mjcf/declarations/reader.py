@@ -1,0 +1,222 @@
+"""The reader: the only place that knows how a model declares its magnets, fields, iron and noise.
+
+A table is made when a structure is first seen, and kept until the process ends: then kernels can
+read it without a lock, and models that are copied, pickled or created anew share it.
+"""
+
+# Numba's intrinsics hide their first parameter:
+# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
+
+import ctypes
+
+import numpy as np
+from numba import types
+
+from magmotor.mjcf import errors, layout, memory
+from magmotor.mjcf.declarations import valid_indices
+from magmotor.mjcf.declarations.coils import check_coils, read_coils
+from magmotor.mjcf.declarations.constants import check_constant, check_tolerance, read_constants
+from magmotor.mjcf.declarations.couplings import check_couplings, read_couplings
+from magmotor.mjcf.declarations.fields import check_fields, read_fields
+from magmotor.mjcf.declarations.fingerprint import (
+    CHARACTERS,
+    INTEGERS,
+    READ,
+    SIZES,
+    fingerprint_of,
+)
+from magmotor.mjcf.declarations.iron import check_iron, read_iron
+from magmotor.mjcf.declarations.magnetometers import read_magnetometers
+from magmotor.mjcf.declarations.magnets import read_magnets
+from magmotor.mjcf.declarations.marks import (
+    COILS,
+    COUPLINGS,
+    DIPOLES,
+    FIELDS,
+    IRON,
+    NOISE,
+    POTENTIALS,
+    UNMARKED,
+    UNREADABLE,
+    WRONG,
+    is_plainly_magnetic,
+    marked_kinds,
+    plugin_instance,
+)
+from magmotor.mjcf.declarations.table import (
+    SECTIONS,
+    WORDS_OF_HEADER,
+    clear,
+    error_in,
+    header,
+    refuse,
+)
+from magmotor.mjcf.declarations.user_numbers import (
+    invalid_moment,
+    invalid_potential,
+    invalid_row,
+)
+from magmotor.mjcf.declarations.valid_indices import invalid_index
+from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.subroutine import subroutine
+
+_word, _flag = types.int64, types.boolean
+_FIND = types.int64(_word)
+_CHECK = types.void(_word, _word, _word, _flag, _word)
+
+BITS = 10
+"""Tables are kept in 2^10 lists, by their fingerprints."""
+
+_lists = (ctypes.c_int64 * (1 << BITS))()
+_address_of_lists = ctypes.c_int64(ctypes.addressof(_lists))
+_lists_address = memory.variable("magmotor_tables_address")
+
+_WIDTHS = tuple(len(kind) for kind in SECTIONS)
+
+_allocate = types.ExternalFunction("mju_malloc", _word(types.uint64))
+
+table_of = types.ExternalFunction("magmotor_table_of", _FIND)
+"""Return the address of the table of a model, whose address is given."""
+
+find_error = types.ExternalFunction("magmotor_find_error", _CHECK)
+"""Find an error in what a model declares: by its table, or in the numbers of what acts.
+
+The arguments are the addresses of mjModel and its table; the bits of what acts; whether the check
+is thorough, and reads all numbers of tables of fields; and the address of the words of an error.
+"""
+
+
+def bind() -> None:
+    """Bind the functions of this module to their symbols."""
+    valid_indices.bind()
+    memory.bind_mujoco("mju_malloc")
+    memory.bind_variable("magmotor_tables_address", _address_of_lists)
+    memory.bind_compiled("magmotor_table_of", compiled(layout.current()))
+    memory.bind_compiled("magmotor_find_error", _find_error(layout.current()))
+
+
+@compiled_once(_FIND, error_model="numpy")
+def compiled(checksum: int, offsets: layout.Layout):
+    """Define `table_of` for one layout of the structs."""
+
+    def word(name):
+        """Return which word of mjModel is a field."""
+        return getattr(offsets, name) // 8
+
+    sizes = np.array([word(name) for name in SIZES])
+    arrays = np.array(
+        [[word(array), word(count), 4] for array, count in INTEGERS]
+        + [[word(array), word(count), 1] for array, count in CHARACTERS]
+    )
+    names = np.array([[word(place), word(count)] for place, count in (*READ, ("names", "nnames"))])
+
+    def table_of(model):
+        _ = checksum
+        m = memory.words(model, memory.UNBOUNDED)
+        fingerprint = np.int64(fingerprint_of(m, sizes, arrays, names))
+        first = _lists_address() + 8 * (fingerprint & ((1 << BITS) - 1))
+        table = memory.load_shared(first)
+        while table != 0 and header(table).fingerprint != fingerprint:
+            table = header(table).next
+        if table == 0:
+            table = _read(m, offsets)
+            header(table).fingerprint = fingerprint
+            # Should another thread do the same now, one of the tables is not found again.
+            header(table).next = memory.load_shared(first)
+            memory.store_shared(first, table)
+        return table
+
+    return table_of
+
+
+@subroutine
+def _read(m, offsets):
+    """Return the address of a new table."""
+    found = memory.details_on_stack()
+    field = invalid_index(m.ctypes.data, found)
+    table = _allocate(8 * (WORDS_OF_HEADER if field >= 0 else _most_words(m, offsets)))
+    clear(table)
+    if field >= 0:
+        header(table).kinds = UNREADABLE
+        refuse(table, True, errors.INDEX, field, memory.words(found, 1)[0])
+        return table
+    kinds = marked_kinds(m, offsets)
+    header(table).kinds, header(table).instance = kinds, plugin_instance(m, offsets)
+    if kinds == WRONG:
+        refuse(table, True, errors.MARK, -1)
+        kinds = 0
+    coupled = kinds & COUPLINGS != 0
+    read_constants(table, m, offsets)
+    read_couplings(table, coupled, m, offsets)
+    read_magnets(table, coupled, m, offsets)
+    read_coils(table, kinds & COILS != 0, m, offsets)
+    read_fields(table, kinds & FIELDS != 0, m, offsets)
+    read_iron(table, kinds & IRON != 0, coupled, m, offsets)
+    read_magnetometers(table, m, offsets)
+    return table
+
+
+@subroutine
+def _most_words(m, offsets):
+    """Return the largest number of words that a table of a model can have."""
+    counts = (
+        m[offsets.ntuple // 8], m[offsets.nsite // 8], m[offsets.ntuple // 8],
+        m[offsets.nsite // 8], m[offsets.nnumeric // 8], m[offsets.ntupledata // 8],
+        m[offsets.ntupledata // 8], m[offsets.nsensor // 8],
+    )  # fmt: skip
+    total = WORDS_OF_HEADER
+    for k in range(len(counts)):
+        total += _WIDTHS[k] * counts[k]
+    return total
+
+
+@subroutine
+def acting_kinds(table, m, offsets):
+    """Return the bits of what acts on a model now; `WRONG` or `UNREADABLE` if nothing can."""
+    kinds = header(table).kinds
+    if kinds == UNMARKED and is_plainly_magnetic(m, offsets):
+        kinds |= DIPOLES
+    return kinds
+
+
+@compiled_once(_CHECK, error_model="numpy")
+def _find_error(checksum: int, offsets: layout.Layout):
+    """Define `find_error` for one layout of the structs."""
+
+    def find_error(model, table, kinds, thorough, place):
+        _ = checksum
+        m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, errors.WORDS)
+        error[:] = error_in(table)
+        if error[0] < 0 and kinds >= 0:
+            _check_numbers(error, table, m, offsets, kinds, thorough)
+
+    return find_error
+
+
+@subroutine
+def _check_numbers(error, table, m, offsets, kinds, thorough):
+    """Find the first error in the numbers of what acts."""
+    if kinds & DIPOLES:
+        site = invalid_moment(m, offsets)
+        if site >= 0:
+            errors.set_error(error, errors.MOMENT, site)
+        if error[0] < 0:
+            check_tolerance(error, table, m, offsets)
+    if error[0] < 0 and kinds != UNMARKED:
+        check_constant(error, table, m, offsets)
+    if error[0] < 0 and kinds & COUPLINGS:
+        check_couplings(error, table, m, offsets)
+    if error[0] < 0 and kinds & NOISE:
+        body = invalid_row(m, offsets)
+        if body >= 0:
+            errors.set_error(error, errors.WRENCH, body)
+    if error[0] < 0 and kinds & POTENTIALS:
+        joint = invalid_potential(m, offsets)
+        if joint >= 0:
+            errors.set_error(error, errors.POTENTIAL, joint)
+    if error[0] < 0 and kinds & COILS:
+        check_coils(error, table, m, offsets)
+    if error[0] < 0 and kinds & FIELDS:
+        check_fields(error, table, thorough, m, offsets)
+    if error[0] < 0 and kinds & IRON:
+        check_iron(error, table, m, offsets)
