@@ -218,7 +218,7 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
     of_callers |= {"magmotor_table_of", "magmotor_tables_address", "mju_malloc"}
     of_callers |= {"magmotor_invalid_index"}
     assert bound(all_forces.compile_alone) == bound(all_forces.bind_others) - of_callers
-    assert len(bound(all_forces.bind_others)) == 11
+    assert len(bound(all_forces.bind_others)) == 13
 
 
 def test_what_it_compiles_is_what_this_process_loads(tmp_path):

@@ -81,6 +81,12 @@ def _sum(place, size, number):
 
 @subroutine(forceinline=True)
 def _mixed(word, place):
-    """Spread the bits of a word at a place."""
-    bits = (np.uint64(word) + np.uint64(place) * memory.MULTIPLIER) * _FIRST
-    return (bits ^ (bits >> np.uint64(32))) * _SECOND
+    """Let each bit of a word and of its place change about half of the bits of the result.
+
+    These are the steps of MurmurHash3's finalizer. The first one moves high bits down, which a
+    product alone would leave where they are.
+    """
+    bits = np.uint64(word) + np.uint64(place) * memory.MULTIPLIER
+    bits = (bits ^ (bits >> np.uint64(32))) * _FIRST
+    bits = (bits ^ (bits >> np.uint64(29))) * _SECOND
+    return bits ^ (bits >> np.uint64(32))

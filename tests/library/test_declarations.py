@@ -1,0 +1,314 @@
+"""The table of what a model declares: against a plain reading, and as models change or go."""
+
+import copy
+import gc
+import pickle
+import threading
+
+import mujoco
+import numpy as np
+import pytest
+
+import magmotor as mm
+from magmotor.mjcf import declared, layout
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations import fingerprint
+from magmotor.mjcf.declarations import table as of_table
+
+MODEL = """
+<mujoco>
+  <extension>
+    <plugin plugin="magmotor.forces"><instance name="forces"/></plugin>
+    <plugin plugin="magmotor.magnetometer"><instance name="sensors"/></plugin>
+  </extension>
+  <option gravity="0 0 0" timestep="1e-3"/>
+  <custom>
+    <text name="magmotor" data="dipoles couplings fields coils iron"/>
+    <text name="other" data="words"/>
+    <numeric name="soft" data="100 1e6"/>
+    <numeric name="field of the room" data="0.01 0 0.02"/>
+    <numeric name="field_turned" data="1e-3 0 0 0.1 0 0 0.2 0"/>
+    <numeric name="magnetic_tolerance" data="0.01"/>
+    <tuple name="coupling">
+      <element objtype="body" objname="needle" prm="2"/>
+      <element objtype="body" objname="ball" prm="2"/>
+    </tuple>
+    <tuple name="coil of the needle">
+      <element objtype="actuator" objname="current" prm="3"/>
+      <element objtype="site" objname="second"/>
+    </tuple>
+    <tuple name="coil of the ring">
+      <element objtype="actuator" objname="opposed"/>
+      <element objtype="body" objname="ring"/>
+    </tuple>
+    <tuple name="field">
+      <element objtype="numeric" objname="field_turned"/>
+      <element objtype="site" objname="frame"/>
+      <element objtype="actuator" objname="opposed" prm="1"/>
+    </tuple>
+    <tuple name="iron">
+      <element objtype="geom" objname="pole"/>
+      <element objtype="numeric" objname="soft"/>
+      <element objtype="geom" objname="floor"/>
+    </tuple>
+    <tuple name="unrelated"><element objtype="body" objname="ball"/></tuple>
+  </custom>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 0.1" contype="0" conaffinity="0"/>
+    <site name="frame" pos="0 0 0.5" euler="0 30 0"/>
+    <geom name="pole" size="0.01 0.02 0.03" pos="0 0.4 0.2" contype="0" conaffinity="0"/>
+    <body name="needle" pos="0 0 0.3">
+      <joint axis="0 1 0" damping="1e-3"/>
+      <geom type="capsule" size="0.005 0.05" contype="0" conaffinity="0"/>
+      <site name="first" user="0.5" pos="0 0 0.02"/>
+      <site name="second" user="0.4"/>
+      <site name="probe" pos="0 0 0.06"/>
+      <body name="tip" pos="0.02 0 0"><site name="third" user="0.1"/><geom size="0.001"/></body>
+    </body>
+    <body name="ball" pos="0.2 0 0.3">
+      <freejoint/><geom size="0.02" contype="0" conaffinity="0"/><site name="fourth" user="1"/>
+    </body>
+    <body name="ring" pos="-0.2 0 0.3">
+      <joint axis="0 0 1" damping="1e-3"/>
+      <geom size="0.02" contype="0" conaffinity="0"/>
+      <site name="fifth" user="1" euler="90 0 0" pos="0.01 0 0"/><site name="sixth" user="0"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <general name="current" site="first" gainprm="0" ctrlrange="-1 1"/>
+    <general name="opposed" site="first" gainprm="0" ctrlrange="-1 1"/>
+  </actuator>
+  <sensor>
+    <plugin instance="sensors" objtype="site" objname="probe"/>
+  </sensor>
+</mujoco>
+"""
+
+
+def compiled(xml=MODEL, **changes):
+    for old, new in changes.items():
+        xml = xml.replace(old, new)
+    return mujoco.MjModel.from_xml_string(xml)
+
+
+def forces(model):
+    """Return the magnetic forces in one state of a model, and what its sensors measure."""
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 0.5
+    mujoco.mj_forward(model, data)
+    return np.concatenate([data.qfrc_passive, data.sensordata])
+
+
+def table_of(model):
+    """Return the address of a model's table."""
+    return declared._table_of()(model._address)
+
+
+def fresh(model):
+    """Return a model with the same memory that no function has seen, by a file."""
+    size = mujoco.mj_sizeModel(model)
+    buffer = np.empty(size, np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": buffer.tobytes()})
+
+
+def test_it_is_what_a_plain_reading_of_names_finds():
+    model = compiled()
+    number = {
+        kind: lambda name, kind=kind: mujoco.mj_name2id(
+            model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), name
+        )
+        for kind in ("body", "site", "geom", "numeric", "tuple", "actuator", "sensor")
+    }
+    body, site, geom = number["body"], number["site"], number["geom"]
+    first = {name: model.tuple_adr[number["tuple"](name)] for name in ("coupling", "field")}
+    expected = {
+        of_table.COUPLINGS: [
+            (number["tuple"]("coupling"), first["coupling"], body("needle"), body("ball"))
+        ],
+        of_table.MAGNETS: [  # all sites of each body, the world first
+            (0, 1, 0, 0, 0, 0),
+            (1, 4, body("needle"), body("needle"), 1, 1),
+            (4, 5, body("tip"), body("needle"), 1, 0),
+            (5, 6, body("ball"), body("ball"), 6, 1),
+            (6, 8, body("ring"), body("ring"), 1, 0),
+        ],
+        of_table.COILS: [
+            (k := number["tuple"]("coil of the needle"), model.tuple_adr[k], 0),
+            (k := number["tuple"]("coil of the ring"), model.tuple_adr[k], 1),
+        ],
+        of_table.SITES: [(-1,), (-1,), (0,), (-1,), (-1,), (-1,), (1,), (1,)],
+        of_table.FIELDS: [
+            (number["numeric"]("field of the room"), 0, 0, 0, 0, 0, -1, -1, -1),
+            (
+                number["numeric"]("field_turned"), 0, 0, 0, mujoco.mjtObj.mjOBJ_SITE,
+                site("frame"), number["tuple"]("field"), first["field"] + 2, 1,
+            ),
+        ],
+        of_table.PIECES: [(geom("pole"), number["numeric"]("soft"), 0, 0, 0)],
+        of_table.PLANES: [(geom("floor"), number["numeric"]("soft"), 0, 0, 0)],
+        of_table.MAGNETOMETERS: [(0, 1, site("probe"), 0)],
+    }  # fmt: skip
+    assert {*expected} == {*range(len(of_table.SECTIONS))}
+    for section, rows in expected.items():
+        found = [tuple(row) for row in declared.rows(model, section).tolist()]
+        assert found == [tuple(map(int, row)) for row in rows], section
+
+
+@pytest.mark.parametrize(
+    ("array", "index", "value"),
+    [
+        ("site_user", (1, 0), 0.7), ("site_user", (1, 0), 0.0), ("site_user", (7, 0), 0.3),
+        ("numeric_data", 0, 3.0), ("numeric_data", 0, 0.0), ("numeric_data", 2, 0.5),
+        ("tuple_objprm", slice(0, 2), 0.5), ("tuple_objprm", 2, 0.1), ("geom_size", (1, 0), 0.02),
+        ("actuator_ctrlrange", (0, 1), 0.25),
+    ],
+)  # fmt: skip
+def test_numbers_are_followed(array, index, value):
+    """A model whose numbers a program assigns is one that was compiled with them."""
+    model = compiled()
+    before = forces(model)
+    getattr(model, array)[index] = value
+    after = forces(model)
+    assert np.array_equal(after, forces(fresh(model)))
+    assert not np.array_equal(after, before)
+    tables = [declared.rows(each, of_table.MAGNETS) for each in (model, compiled())]
+    assert np.array_equal(*tables)
+
+
+@pytest.mark.parametrize(
+    ("array", "index", "value"),
+    [("site_bodyid", 4, 4), ("tuple_objid", 3, 4), ("geom_type", 1, 5), ("tuple_size", 4, 2)],
+)
+def test_a_structure_that_a_program_assigns_is_read_again(array, index, value):
+    model = compiled()
+    before = forces(model)
+    getattr(model, array)[index] = value
+    after = forces(model)
+    assert np.array_equal(after, forces(fresh(model)))
+    assert not np.array_equal(after, before)
+
+
+def test_an_index_that_leads_nowhere_is_seen_in_a_later_step():
+    model = compiled()
+    data = mujoco.MjData(model)
+    for _ in range(3):
+        mujoco.mj_step(model, data)
+    model.tuple_objid[0] = 99
+    with pytest.raises(mujoco.FatalError, match=r"tuple_objid\[0\] of the model = 99: must be"):
+        mujoco.mj_step(model, data)
+    with pytest.raises(ValueError, match=r"tuple_objid\[0\] of the model = 99: must be"):
+        acting_forces(model)
+    model.tuple_objid[0] = 1
+    mujoco.mj_step(model, data)
+
+
+def test_models_that_are_copied_pickled_or_saved_have_the_same_forces():
+    model = compiled()
+    expected = forces(model)
+    assert expected.any()
+    for other in (copy.copy(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model)),
+                  fresh(model), compiled()):  # fmt: skip
+        assert np.array_equal(forces(other), expected)
+
+
+def test_models_at_the_address_of_one_that_was_freed_have_their_own_table():
+    """Structures alternate, so that each model would have the wrong table of the one before."""
+    variants = [
+        MODEL,
+        MODEL.replace('<site name="fourth" user="1"/>', ""),
+        MODEL.replace("coil of the needle", "spool of the needle"),
+        MODEL.replace("coil of the ring", "spool of the ring"),
+        MODEL.replace("dipoles couplings fields", "dipoles fields"),
+        MODEL.replace("iron", "wood").replace("coils wood", "coils"),
+    ]
+    kept = [compiled(xml) for xml in variants]
+    expected = [forces(fresh(model)) for model in kept]
+    assert len({each.tobytes() for each in expected}) == len(variants)
+    addresses, reused = set(), 0
+    for k in range(60):
+        model = compiled(variants[k % len(variants)])
+        assert np.array_equal(forces(model), expected[k % len(variants)])
+        reused += model._address in addresses
+        addresses.add(model._address)
+        del model
+        gc.collect()
+    assert reused > 10  # 54
+
+
+def test_threads_may_read_new_structures_at_the_same_time():
+    """Each has models of its own, some of which are alike; every one has its own forces."""
+    pattern, failed = '<body pos="{} 0 3"><freejoint/><geom size="0.01"/>{}</body>', []
+
+    def model_of(count):
+        bodies = "".join(
+            pattern.format(k, '<site user="1"/>' * (1 + k % 3)) for k in range(1, count)
+        )
+        return compiled(MODEL.replace("</worldbody>", f"{bodies}</worldbody>"))
+
+    expected = {count: forces(model_of(count)) for count in range(2, 12)}
+
+    def run(seed):
+        order = np.random.default_rng(seed).permutation(np.arange(2, 12))
+        failed.extend(c for c in order if not np.array_equal(forces(model_of(c)), expected[c]))
+
+    threads = [threading.Thread(target=run, args=(seed,)) for seed in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed
+
+
+def test_the_fingerprint_sees_all_that_a_table_depends_on():
+    """It differs after a change of any index; numbers that stay in the model do not change it."""
+    model = compiled()
+    seen = {table_of(model)}
+    for array, count in fingerprint.INTEGERS:
+        values = getattr(model, array).reshape(-1)
+        assert len(values) == getattr(model, count), array
+        for k in {0, len(values) - 1} if len(values) else ():
+            before = int(values[k])
+            for value in (before + 1, before + (1 << 20), before ^ (1 << 30)):
+                values[k] = value
+                assert table_of(model) not in seen, (array, k)
+                seen.add(table_of(model))
+            values[k] = before
+    assert table_of(model) in seen
+    count = len(seen)
+    for array in ("site_user", "numeric_data", "tuple_objprm", "geom_size", "body_mass", "qpos0"):
+        getattr(model, array).reshape(-1)[:] += 0.25
+        seen.add(table_of(model))
+    assert len(seen) == count
+    assert {*fingerprint.SIZES} <= {*layout.MODEL_FIELDS}
+
+
+def test_words_of_marks_and_names_count():
+    variants = [
+        MODEL,
+        MODEL.replace("dipoles couplings", "dipoles"),
+        MODEL.replace('<text name="other"', '<text name="othes"'),
+        MODEL.replace('name="field of the room"', 'name="fjeld of the room"'),
+        MODEL.replace('name="unrelated"', 'name="unrelatee"'),
+        MODEL.replace("dipoles couplings fields coils iron", "all").replace(
+            '<instance name="forces"/>',
+            '<instance name="forces"><config key="act" value="all"/></instance>',
+        ),
+    ]  # fmt: skip
+    tables = [table_of(compiled(xml)) for xml in variants]
+    assert len({*tables}) == len(variants)
+    assert tables == [table_of(compiled(xml)) for xml in variants]
+    renamed = MODEL.replace('"needle"', '"needlf"').replace('"ball"', '"balk"')
+    assert table_of(compiled(renamed)) == tables[0]  # names that are not read
+
+
+def test_a_malformed_declaration_that_does_not_act_is_left_out():
+    xml = MODEL.replace(
+        'objtype="actuator" objname="current" prm="3"', 'objtype="site" objname="first"'
+    )
+    with pytest.raises(ValueError, match="must be an actuator, since it is the first"):
+        compiled(xml)
+    model = compiled(xml.replace("coils iron", "iron"))
+    assert [row.actuator for row in declared.rows(model, of_table.COILS)] == [1]
+    assert forces(model).any()
+    assert "coils" not in mm.describe(model).acting
