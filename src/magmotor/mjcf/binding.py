@@ -14,7 +14,8 @@ from typing import Any
 from numba.core import event
 
 from magmotor.mjcf import reports
-from magmotor.mjcf.forces import all_forces, cluster_blocks, dipole_wrenches, tiles
+from magmotor.mjcf.declarations import reader
+from magmotor.mjcf.forces import all_forces, dipole_wrenches, tiles
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.numerics.numba_cache import subroutines_of
 
@@ -44,11 +45,11 @@ def bind(meanwhile: Callable[[], Any] | None = None) -> None:
     global _bound
     if _bound:
         return
-    is_cached = all_forces.is_cached()
+    is_cached = all_forces.is_cached() and reader.is_cached()
     with ExitStack() as stack:
         if not is_cached:
             stack.enter_context(COMPILATION.running())
-            others = (module.bind for module in (reports, cluster_blocks, dipole_wrenches, tiles))
+            others = (module.bind for module in (reports, dipole_wrenches, tiles))
             callers = *others, all_forces.bind_others, *filter(None, [meanwhile])
             COMPILATION.expect(subroutines_of(*callers))
         with _forces_compiled_beside(is_cached) as waiting:
@@ -56,6 +57,7 @@ def bind(meanwhile: Callable[[], Any] | None = None) -> None:
             all_forces.bind_others()
             if waiting and meanwhile is not None:
                 meanwhile()
+        reader.bind()
         all_forces.bind()
     _bound = True
 
@@ -73,8 +75,9 @@ def _forces_compiled_beside(is_cached: bool) -> Iterator[bool]:
         except OSError:
             yield False
             return
-        total = len(subroutines_of(all_forces.bind))
+        total = len(subroutines_of(reader.bind, all_forces.bind))
         COMPILATION.expect_elsewhere(lambda: os.fstat(counted.fileno()).st_size, total)
+        stack.callback(COMPILATION.expect_elsewhere, lambda: total, total)  # before it is closed
         try:
             yield True
             while helper.poll() is None:  # nothing would end a wait in another thread
@@ -113,7 +116,8 @@ class _Counter(event.Listener):
 
 def help_compiling() -> None:
     """Compile the forces, in a process that does nothing else."""
-    event.register("numba:compile", _Counter(subroutines_of(all_forces.bind)))
+    event.register("numba:compile", _Counter(subroutines_of(reader.bind, all_forces.bind)))
+    reader.compile_alone()
     all_forces.compile_alone()
 
 

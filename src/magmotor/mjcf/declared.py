@@ -23,7 +23,7 @@ from magmotor.mjcf.lookup import given_name
 @cache
 def _table_of() -> Any:
     """Return the reader as a C function of the address of a model."""
-    reader.bind()
+    reader.bind_others()
     return reader.compiled(layout.current()).ctypes
 
 

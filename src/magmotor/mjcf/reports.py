@@ -38,7 +38,7 @@ def bind() -> None:
     """Bind what this module compiles separately, and what that calls, to symbols."""
     messages.bind()
     drives.bind()
-    reader.bind()
+    reader.bind_others()
     memory.bind_mujoco("mj_id2name")
     memory.bind_compiled("magmotor_report", _compiled_report(layout.current()))
 

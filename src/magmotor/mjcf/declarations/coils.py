@@ -43,8 +43,8 @@ def read_coils(table, acts, m, offsets):
             if rule >= 0:
                 refuse(table, acts, COIL, k, i, rule, other)
                 continue
-            add_row(table, COILS)
-            row = coils(table)[-1]
+            added = add_row(table, COILS)
+            row = coils(table)[added]
             row.tuple, row.element = k, elements_of(k, m, offsets).start
             row.actuator = element(row.element, m, offsets)[1]
     found, nsite = coils(table), m[offsets.nsite // 8]

@@ -29,8 +29,8 @@ def read_couplings(table, acts, m, offsets):
             if bodies != 2 or len(elements) != 2:
                 refuse(table, acts, COUPLING, k)
                 continue
-            add_row(table, COUPLINGS)
-            row = couplings(table)[-1]
+            added = add_row(table, COUPLINGS)
+            row = couplings(table)[added]
             row.tuple, row.element = k, elements.start
             row.body = element(elements.start, m, offsets)[1]
             row.other = element(elements.start + 1, m, offsets)[1]

@@ -59,8 +59,8 @@ def read_fields(table, acts, m, offsets):
     freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
     for numeric in range(m[offsets.nnumeric // 8]):
         if numeric_starts_with(numeric, PREFIX, m, offsets):
-            add_row(table, FIELDS)
-            row = fields(table)[-1]
+            added = add_row(table, FIELDS)
+            row = fields(table)[added]
             row.numeric, row.tuple = numeric, _tuple_of(numeric, m, offsets)
             row.body = row.frame_type = row.frame = 0
             if row.tuple >= 0:

@@ -73,8 +73,8 @@ def _add_geoms(table, section, k, m, offsets):
     for i in elements_of(k, m, offsets):
         kind, geom, _ = element(i, m, offsets)
         if kind == GEOM and (shape[geom] == PLANE) == (section == PLANES):
-            add_row(table, section)
-            row = planes(table)[-1] if section == PLANES else pieces(table)[-1]
+            added = add_row(table, section)
+            row = planes(table)[added] if section == PLANES else pieces(table)[added]
             row.geom, row.material, row.body = geom, material, body_of[geom]
             row.weld = weld_of[row.body]
             row.freedoms = freedoms[row.weld]

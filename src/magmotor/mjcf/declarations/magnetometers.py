@@ -26,8 +26,8 @@ def read_magnetometers(table, m, offsets):
         if owner[sensor] < instances and slots[owner[sensor]] == memory.magnetometer_slot():
             placed = kind[sensor] == SITE and site_of[sensor] < m[offsets.nsite // 8]
             placed = placed and np.int64(place[sensor]) + 3 <= m[offsets.nsensordata // 8]
-            add_row(table, MAGNETOMETERS)
-            row = magnetometers(table)[-1]
+            added = add_row(table, MAGNETOMETERS)
+            row = magnetometers(table)[added]
             row.sensor, row.instance, row.address = sensor, owner[sensor], place[sensor]
             if placed:
                 row.site = site_of[sensor]

@@ -30,8 +30,8 @@ def read_magnets(table, coupled, m, offsets):
         last = start + 1
         while last < nsite and body_of[last] == body_of[start]:  # in no order, if Python set them
             last += 1
-        add_row(table, MAGNETS)
-        row = magnets(table)[-1]
+        added = add_row(table, MAGNETS)
+        row = magnets(table)[added]
         row.first_site, row.end_site, row.body = start, last, body_of[start]
         row.weld = weld_of[row.body]
         row.freedoms = freedoms[row.weld]

@@ -75,8 +75,8 @@ _WIDTHS = tuple(len(kind) for kind in SECTIONS)
 
 _allocate = types.ExternalFunction("mju_malloc", _word(types.uint64))
 
-table_of = types.ExternalFunction("magmotor_table_of", _FIND)
-"""Return the address of the table of a model, whose address is given."""
+_address = ctypes.c_int64()
+_table_of = memory.function_at("magmotor_reader_address", _FIND)
 
 find_error = types.ExternalFunction("magmotor_find_error", _CHECK)
 """Find an error in what a model declares: by its table, or in the numbers of what acts.
@@ -86,13 +86,39 @@ is thorough, and reads all numbers of tables of fields; and the address of the w
 """
 
 
-def bind() -> None:
-    """Bind the functions of this module to their symbols."""
+def bind_others() -> None:
+    """Bind what the reader calls, and the variable through which others will call the reader."""
     valid_indices.bind()
     memory.bind_mujoco("mju_malloc")
     memory.bind_variable("magmotor_tables_address", _address_of_lists)
-    memory.bind_compiled("magmotor_table_of", compiled(layout.current()))
+    memory.bind_variable("magmotor_reader_address", _address)
+
+
+def bind_check() -> None:
+    """Bind `find_error` to its symbol."""
     memory.bind_compiled("magmotor_find_error", _find_error(layout.current()))
+
+
+def bind() -> None:
+    """Load the reader, after what it calls; until then, nothing may call it."""
+    _address.value = compiled(layout.current()).address
+
+
+def is_cached() -> bool:
+    """Whether the reader has been compiled before."""
+    return compiled.is_cached(layout.current())
+
+
+def compile_alone() -> None:
+    """Compile the reader into Numba's cache, in a process that does nothing else."""
+    memory.bind_unused("magmotor_invalid_index", "magmotor_tables_address", "mju_malloc")
+    compiled(layout.current())
+
+
+@subroutine
+def table_of(model):
+    """Return the address of the table of a model, whose address is given."""
+    return _table_of((model,))
 
 
 @compiled_once(_FIND, error_model="numpy")
@@ -186,7 +212,9 @@ def _find_error(checksum: int, offsets: layout.Layout):
     def find_error(model, table, kinds, thorough, place):
         _ = checksum
         m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, errors.WORDS)
-        error[:] = error_in(table)
+        found = error_in(table)
+        for k in range(errors.WORDS):
+            error[k] = found[k]
         if error[0] < 0 and kinds >= 0:
             _check_numbers(error, table, m, offsets, kinds, thorough)
 

@@ -96,18 +96,23 @@ couplings, magnets, coils, sites, fields, pieces, planes, magnetometers = (
 @subroutine
 def clear(table):
     """Begin a table without declarations."""
-    memory.words(table, STARTS)[:] = -1
+    words = memory.words(table, WORDS_OF_HEADER)
+    for k in range(WORDS_OF_HEADER):
+        words[k] = -1 if k < STARTS else WORDS_OF_HEADER
     header(table).next = 0
-    memory.words(table + 8 * STARTS, len(_WIDTHS) + 1)[:] = WORDS_OF_HEADER
 
 
 @subroutine
 def add_row(table, section):
-    """Append a row of -1 to a section, after which no section has rows yet."""
+    """Append a row of -1 to a section, after which no section has rows yet; return its number."""
     starts = memory.words(table + 8 * STARTS, len(_WIDTHS) + 1)
     place, width = starts[section + 1], _WIDTHS[section]
-    memory.words(table + 8 * place, width)[:] = -1
-    starts[section + 1 :] = place + width
+    words = memory.words(table + 8 * place, width)
+    for k in range(width):
+        words[k] = -1
+    for k in range(section + 1, len(starts)):
+        starts[k] = place + width
+    return (place - starts[section]) // width
 
 
 @subroutine

@@ -9,12 +9,13 @@ from numba import types
 
 from magmotor.mjcf import errors, layout, memory
 from magmotor.mjcf.declarations import reader
-from magmotor.mjcf.declarations.marks import DIPOLES, IRON, NOISE, POTENTIALS
+from magmotor.mjcf.declarations.marks import COILS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
 from magmotor.mjcf.declarations.reader import find_error
 from magmotor.mjcf.forces import dipole_wrenches, drives, resolution
 from magmotor.mjcf.forces.brownian_wrenches import clear_driven_bodies, has_step_number
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces
-from magmotor.mjcf.forces.magnetic_wrenches import set_magnetic_wrenches
+from magmotor.mjcf.forces.magnetic_wrenches import set_dipole_wrenches, set_magnetic_wrenches
+from magmotor.mjcf.late import LateFunction
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -32,41 +33,47 @@ are those of `unresolved_body`.
 """
 
 _address = ctypes.c_int64()
-_forces = memory.function_at("magmotor_forces_address", _APPLY)
+_forces_of_dipoles = memory.function_at("magmotor_forces_address", _APPLY)
+_all_forces = LateFunction(
+    "magmotor_all_forces_address", _APPLY, lambda: _apply_forces(layout.current(), True)
+)
+_all_are_ready, _all = _all_forces.is_ready, _all_forces.call
 
 
 def bind_others() -> None:
     """Bind what the forces call, and the function through which others will call the forces."""
-    reader.bind()
+    reader.bind_others()
+    reader.bind_check()
     drives.bind()
     resolution.bind()
     dipole_wrenches.bind()
+    _all_forces.bind()
     memory.bind_variable("magmotor_forces_address", _address)
     memory.bind_compiled("magmotor_apply_forces", _forward())
 
 
 def bind() -> None:
     """Load the forces, after what they call; until then, nothing may call them."""
-    _address.value = _apply_forces(layout.current()).address
+    _address.value = _apply_forces(layout.current(), False).address
 
 
 def is_cached() -> bool:
     """Whether the forces have been compiled before."""
-    return _apply_forces.is_cached(layout.current())
+    return _apply_forces.is_cached(layout.current(), False)
 
 
 def compile_alone() -> None:
     """Compile the forces into Numba's cache, in a process that does nothing else."""
     memory.bind_unused(
         "mju_dispatch",
-        "magmotor_add_clustered_wrenches",
-        "magmotor_cluster_task",
+        "magmotor_clusters_address",
         "magmotor_find_error",
+        "magmotor_load",
         "magmotor_tile_task",
     )
     drives.bind()
     resolution.bind()
-    _apply_forces(layout.current())
+    _apply_forces(layout.current(), False)
 
 
 @compiled_once(_APPLY, error_model="numpy")
@@ -78,14 +85,20 @@ def _forward(checksum: int):
 
     def forward(model, data, table, kinds, applied, generalized, later, error):
         _ = checksum
-        return _forces((model, data, table, kinds, applied, generalized, later, error))
+        arguments = model, data, table, kinds, applied, generalized, later, error
+        if kinds >= 0 and kinds & (FIELDS | COILS | IRON):
+            if not _all_are_ready():
+                memory.words(error, 1)[0] = -1
+                return 0
+            return _all(arguments)
+        return _forces_of_dipoles(arguments)
 
     return forward
 
 
 @compiled_once(_APPLY, error_model="numpy")
-def _apply_forces(checksum: int, offsets: layout.Layout):
-    """Define `apply_forces` for one layout of the structs."""
+def _apply_forces(checksum: int, offsets: layout.Layout, everything: bool):
+    """Define `apply_forces` for one layout of the structs: of all, or without fields and iron."""
 
     def apply_forces(model, data, table, kinds, applied, generalized, later, error):
         _ = checksum
@@ -95,29 +108,28 @@ def _apply_forces(checksum: int, offsets: layout.Layout):
         find_error(model, table, kinds, False, error)
         if words[0] >= 0:
             return 0
-        acting, found = _apply(model, data, offsets, table, kinds, wrenches, forces, later)
+        m, d = memory.words(model, memory.UNBOUNDED), memory.words(data, memory.UNBOUNDED)
+        acting, found = 0, errors.NO_ERROR
+        if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
+            found = _begin_noise(model, data, m, d, offsets, wrenches)
+        if found[0] < 0 and (kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0)):
+            arguments = m, d, offsets, table, kinds, wrenches, later
+            if everything:
+                acting, found = set_magnetic_wrenches(*arguments)
+            else:
+                acting, found = set_dipole_wrenches(*arguments)
+        if found[0] < 0 and kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
+            acting += add_potential_forces(m, d, offsets, forces)
         words[0], words[1], words[2] = found
         return acting
 
     return apply_forces
 
 
-@subroutine(forceinline=True)
-def _apply(model, data, offsets, table, kinds, applied, generalized, later):
-    """Implement `apply_forces` for a valid model; also return an error."""
-    m = memory.words(model, memory.UNBOUNDED)
-    d = memory.words(data, memory.UNBOUNDED)
-    acting, found = 0, errors.NO_ERROR
-    if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-        invalid = clear_driven_bodies(m, d, offsets, applied)
-        if invalid >= 0:
-            return 0, (errors.PATH, invalid, -1)
-        if not has_step_number(model, data, offsets):
-            return 0, (errors.TIME, -1, -1)
-    if kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0):
-        acting, found = set_magnetic_wrenches(m, d, offsets, table, kinds, applied, later)
-        if found[0] >= 0:
-            return 0, found
-    if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
-        acting += add_potential_forces(m, d, offsets, generalized)
-    return acting, found
+@subroutine
+def _begin_noise(model, data, m, d, offsets, applied):
+    """Set the wrenches of bodies with noise to zero; return an error in what selects the noise."""
+    invalid = clear_driven_bodies(m, d, offsets, applied)
+    if invalid >= 0:
+        return errors.PATH, invalid, -1
+    return errors.NO_ERROR if has_step_number(model, data, offsets) else (errors.TIME, -1, -1)

@@ -10,6 +10,8 @@ which are opposite about any common point.
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
+from typing import Any
+
 from numba import types
 
 from magmotor.dipoles import sum_over_sources
@@ -35,19 +37,25 @@ from magmotor.mjcf.forces.dipole_table import (
     padded,
 )
 from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
+from magmotor.mjcf.late import LateFunction
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
 _word, _number = types.int64, types.float64
 _CLUSTERED = types.int64(_word, _word, _number, *8 * [_word])
-_add_clustered_wrenches = types.ExternalFunction("magmotor_add_clustered_wrenches", _CLUSTERED)
+_clusters = LateFunction("magmotor_clusters_address", _CLUSTERED, lambda: _compiled_clusters())
+_clusters_are_ready, _add_clustered_wrenches = _clusters.is_ready, _clusters.call
 
 
 def bind() -> None:
     """Bind what this module compiles separately, and what that calls, to symbols."""
     tiles.bind()
+    _clusters.bind()
+
+
+def _compiled_clusters() -> Any:
     cluster_blocks.bind()
-    memory.bind_compiled("magmotor_add_clustered_wrenches", _clustered())
+    return _clustered()
 
 
 @subroutine(forceinline=True)
@@ -64,13 +72,14 @@ def add_dipole_wrenches(
     boundary, end = magnets.boundary, magnets.end
     coincident = acting = 0
     count, mixed = magnets.number, magnets.mixed
-    if mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end):
+    many = mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end)
+    if many and _clusters_are_ready():
         memory.mark_stack(stack)
         place = memory.pair_on_stack()
-        acting = _add_clustered_wrenches(
+        acting = _add_clustered_wrenches((
             model, stack, tolerance, table.ctypes.data, table.shape[1], count, boundary, end,
             center.ctypes.data, applied.ctypes.data, place,
-        )  # fmt: skip
+        ))  # fmt: skip
         memory.free_stack(stack)
         result = memory.words(place, 2)
         coincident, mixed = result[0], result[1] == 0

@@ -87,7 +87,7 @@ def are_controls_good(m, d, offsets):
 def read_drives(drives, table, m, d, offsets):
     """Write the drive of each coil."""
     found, controlled = coils(table), are_controls_good(m, d, offsets)
-    for k in range(len(found)):
+    for k in range(len(drives)):
         drives[k] = drive_of(found[k], controlled, m, d, offsets)
 
 

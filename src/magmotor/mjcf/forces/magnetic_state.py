@@ -127,34 +127,51 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
 
 
 @subroutine
-def read_state(m, d, offsets, own, kinds):
-    """Read everything magnetic, and find the moments of iron; `own` is the table of the model.
-
-    The caller marks the stack of `mjData` before, and frees it afterwards.
-    """
-    sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
+def _room(d, sizes):
+    """Return arrays on the stack of `mjData`, in the order of `_stack_words`."""
     boundary, columns = table_size(sizes.sites + sizes.pieces, sizes.couplings > 0)
     place = memory.allocate(d.ctypes.data, 8 * _stack_words(sizes), 64)
     table = memory.numbers(place, ROWS, columns)
     place += 8 * ROWS * columns
-    iron = memory.numbers(place, 7, padded(sizes.pieces))
-    place += 8 * 7 * padded(sizes.pieces)
     couplings = memory.numbers(place, sizes.couplings, 3)
     place += 8 * 3 * sizes.couplings
     fields = memory.numbers(place, sizes.fields, applied.COLUMNS)
     place += 8 * applied.COLUMNS * sizes.fields
     pieces = memory.numbers(place, sizes.pieces, COLUMNS)
     place += 8 * COLUMNS * sizes.pieces
+    iron = memory.numbers(place, 7, padded(sizes.pieces))
+    place += 8 * 7 * padded(sizes.pieces)
     drives = memory.numbers(place, 1, sizes.coils)[0]
-    if sizes.couplings > 0:
-        read_couplings(couplings, own, m, offsets)
-    if sizes.fields > 0:
-        read_fields(fields, scale, own, m, d, offsets)
-    if sizes.pieces > 0:
+    return table, boundary, couplings, fields, pieces, iron, drives
+
+
+@subroutine
+def read_dipoles(m, d, offsets, own, kinds):
+    """Read dipoles and couplings only; the arguments are those of `read_state`."""
+    sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
+    table, boundary, couplings, fields, pieces, iron, drives = _room(d, sizes)
+    read_couplings(couplings, own, m, offsets)
+    magnets = gather(table, boundary, scale, drives, pieces, own, sizes.magnets, m, d, offsets)
+    return MagneticState(
+        table, magnets, couplings, fields, iron, pieces, NO_MIRROR, scale, NO_ERROR
+    )  # fmt: skip
+
+
+@subroutine
+def read_state(m, d, offsets, own, kinds):
+    """Read everything magnetic, and find the moments of iron; `own` is the table of the model.
+
+    The caller marks the stack of `mjData` before, and frees it afterwards.
+    """
+    sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
+    table, boundary, couplings, fields, pieces, iron, drives = _room(d, sizes)
+    read_couplings(couplings, own, m, offsets)
+    read_fields(fields, scale, own, m, d, offsets)
+    read_drives(drives, own, m, d, offsets)
+    mirror = NO_MIRROR
+    if kinds & IRON:
         pieces = pieces[: read_pieces(pieces, scale, own, m, offsets)]
-    if sizes.coils > 0:
-        read_drives(drives, own, m, d, offsets)
-    mirror = read_mirror(own, m, d, offsets) if kinds & IRON else NO_MIRROR
+        mirror = read_mirror(own, m, d, offsets)
     magnets = gather(table, boundary, scale, drives, pieces, own, sizes.magnets, m, d, offsets)
     error = _dipole_behind(table, magnets, mirror)
     state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, scale, error)

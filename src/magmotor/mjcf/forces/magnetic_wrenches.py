@@ -25,7 +25,7 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
-from magmotor.mjcf.forces.magnetic_state import read_state
+from magmotor.mjcf.forces.magnetic_state import read_dipoles, read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
 from magmotor.numerics.subroutine import subroutine
@@ -44,37 +44,49 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
     state = read_state(m, d, offsets, own, kinds)
     acting, error = 0, state.error
     if error[0] < 0 and state.magnets.number > 0:
-        tolerance = tolerance_of(own, m, offsets)
-        acting, error = _set_wrenches(state, tolerance, m, d, offsets, applied, later)
+        center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
+        for i in range(len(state.fields)):
+            if state.fields[i, OWNER_MOVES] > 0.0:
+                applied[int(state.fields[i, OWNER])] = 0.0
+        acting, error = _set_mutual_wrenches(state, own, m, d, offsets, center, applied)
+        if error[0] < 0:
+            more, error = _add_field_wrenches(state, m, offsets, center, applied)
+            acting += more
+        if error[0] < 0 and state.mirror[0] != 0.0:
+            acting += _add_image_wrenches(state, center, applied)
+        if error[0] < 0:
+            error = unresolved_body(state.table, state.magnets, m, d, offsets, applied, later)
     memory.free_stack(d.ctypes.data)
     return acting, error
 
 
 @subroutine(forceinline=True)
-def _set_wrenches(state, tolerance, m, d, offsets, applied, later):
-    """Overwrite the wrenches, as `set_magnetic_wrenches` does."""
+def set_dipole_wrenches(m, d, offsets, own, kinds, applied, later):
+    """Do the same where no fields, coils or iron act."""
+    memory.mark_stack(d.ctypes.data)
+    state = read_dipoles(m, d, offsets, own, kinds)
+    acting, error = 0, NO_ERROR
+    if state.magnets.number > 0:
+        center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
+        acting, error = _set_mutual_wrenches(state, own, m, d, offsets, center, applied)
+        if error[0] < 0:
+            error = unresolved_body(state.table, state.magnets, m, d, offsets, applied, later)
+    memory.free_stack(d.ctypes.data)
+    return acting, error
+
+
+@subroutine(forceinline=True)
+def _set_mutual_wrenches(state, own, m, d, offsets, center, applied):
+    """Overwrite the wrenches of all magnets that can move by those of the others."""
     table, magnets = state.table, state.magnets
     for k in range(magnets.number):
         if table[MOVES, k] > 0.0:
             applied[int(table[BODY, k])] = 0.0
-    for i in range(len(state.fields)):
-        if state.fields[i, OWNER_MOVES] > 0.0:
-            applied[int(state.fields[i, OWNER])] = 0.0
-    center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
     acting, coincident = add_dipole_wrenches(
-        m.ctypes.data, d.ctypes.data, tolerance, table, magnets, state.couplings, center, applied
+        m.ctypes.data, d.ctypes.data, tolerance_of(own, m, offsets), table, magnets,
+        state.couplings, center, applied,
     )  # fmt: skip
-    error = NO_ERROR
-    if coincident > 0:
-        error = find_coincidence(state)
-    if error[0] < 0 and len(state.fields) > 0:
-        more, error = _add_field_wrenches(state, m, offsets, center, applied)
-        acting += more
-    if error[0] < 0 and state.mirror[0] != 0.0:
-        acting += _add_image_wrenches(state, center, applied)
-    if error[0] < 0:
-        error = unresolved_body(table, magnets, m, d, offsets, applied, later)
-    return acting, error
+    return acting, find_coincidence(state) if coincident > 0 else NO_ERROR
 
 
 @subroutine
