@@ -14,6 +14,7 @@ from numba.core import event
 
 import magmotor
 from magmotor.mjcf import binding, callbacks, layout, memory
+from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.forces import all_forces
 from magmotor.numerics import compilation_notice
 
@@ -176,7 +177,7 @@ def test_the_callback_is_what_it_compiles_meanwhile(commands, monkeypatch):
     monkeypatch.setattr(callbacks, "_callback", compiled)
     monkeypatch.setattr(binding, "_bound", False)
     callbacks._bind.__wrapped__()
-    of_ours = {f"magmotor_{name}" for name in ("apply_forces", "find_error", "report", "table_of")}
+    of_ours = {f"magmotor_{name}" for name in ("apply_forces", "find_error", "report")}
     assert of_ours | {"mj_applyFT", "mj_passive", "mj_warning"} <= set(bound)
 
 
@@ -205,7 +206,8 @@ def test_a_c_function_may_be_known_after_its_callers():
 def test_it_binds_all_that_the_forces_call(monkeypatch):
     """At a missing symbol the process could abort, and this one would compile alone."""
     binding.bind()  # so that nothing is compiled below
-    monkeypatch.setattr(all_forces, "_apply_forces", lambda _: None)
+    monkeypatch.setattr(all_forces, "_apply_forces", lambda *_: None)
+    monkeypatch.setattr(reader, "compiled", lambda _: None)
 
     def bound(function):
         names = set()
@@ -214,11 +216,12 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
             function()
         return names
 
-    of_callers = {"magmotor_apply_forces", "magmotor_forces_address"}
-    of_callers |= {"magmotor_table_of", "magmotor_tables_address", "mju_malloc"}
-    of_callers |= {"magmotor_invalid_index"}
-    assert bound(all_forces.compile_alone) == bound(all_forces.bind_others) - of_callers
-    assert len(bound(all_forces.bind_others)) == 13
+    here, there = bound(all_forces.bind_others), bound(all_forces.compile_alone)
+    there |= bound(reader.compile_alone)
+    of_callers = {"magmotor_apply_forces", "magmotor_forces_address", "magmotor_reader_address"}
+    of_callers |= {"magmotor_all_forces_address", "magmotor_check_elements_address"}
+    assert there == here - of_callers
+    assert len(here) == 18
 
 
 def test_what_it_compiles_is_what_this_process_loads(tmp_path):
@@ -235,7 +238,7 @@ def test_what_it_compiles_is_what_this_process_loads(tmp_path):
         )
         return done.stdout
 
-    ask = "print(all_forces._apply_forces(layout.current()).cache_hits)"
+    ask = "print(all_forces._apply_forces(layout.current(), False).cache_hits)"
     imports = "from magmotor.mjcf import layout; from magmotor.mjcf.forces import all_forces"
     assert run(f"{binding.HELP}\n{imports}; {ask}") == "1\n"
     ask = "from magmotor.mjcf.forces import all_forces; print(all_forces.is_cached())"

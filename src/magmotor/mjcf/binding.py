@@ -15,7 +15,7 @@ from numba.core import event
 
 from magmotor.mjcf import reports
 from magmotor.mjcf.declarations import reader
-from magmotor.mjcf.forces import all_forces, dipole_wrenches, tiles
+from magmotor.mjcf.forces import all_forces
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.numerics.numba_cache import subroutines_of
 
@@ -49,8 +49,7 @@ def bind(meanwhile: Callable[[], Any] | None = None) -> None:
     with ExitStack() as stack:
         if not is_cached:
             stack.enter_context(COMPILATION.running())
-            others = (module.bind for module in (reports, dipole_wrenches, tiles))
-            callers = *others, all_forces.bind_others, *filter(None, [meanwhile])
+            callers = reports.bind, all_forces.bind_others, *filter(None, [meanwhile])
             COMPILATION.expect(subroutines_of(*callers))
         with _forces_compiled_beside(is_cached) as waiting:
             reports.bind()

@@ -37,6 +37,7 @@ from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
     in_later_stage,
+    noise_is_ready,
     step_number,
 )
 from magmotor.mjcf.forces.drives import drives_checksum
@@ -184,9 +185,9 @@ def _callback(checksum: int, offsets: layout.Layout):
         generalized = d[offsets.qfrc_passive // 8]
         note_others(m, d, offsets)
         acting = apply_forces(model, data, table, kinds, wrenches, generalized, stage, place)
-        if error[0] < 0 and kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-            applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
-            acting += add_brownian_wrenches(model, data, offsets, step, applied)
+        noise = kinds & NOISE and m[offsets.nuser_body // 8] > 0
+        if error[0] < 0 and noise and noise_is_ready():
+            acting += add_brownian_wrenches((model, data, step, wrenches))
         if error[0] >= 0:
             _abandon_stack(data, offsets)
             report(error, model, data)
@@ -284,8 +285,8 @@ def _compute(checksum: int, offsets: layout.Layout):
             report(error, model, data)
             _mark_failed(model, data, offsets, stage)
             return
-        if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
-            add_brownian_wrenches(model, data, offsets, step, applied)
+        if kinds & NOISE and m[offsets.nuser_body // 8] > 0 and noise_is_ready():
+            add_brownian_wrenches((model, data, step, room))
         awake = memory.integers(d[offsets.body_awake // 8], bodies)
         for body in range(1, bodies):
             if awake[body] != memory.ASLEEP and memory.any_number(applied, body, 0, 6):

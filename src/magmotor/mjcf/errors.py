@@ -13,8 +13,8 @@ from magmotor.numerics.subroutine import subroutine
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
-    TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT,
-) = range(25)  # fmt: skip
+    TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, UNLOADED,
+) = range(26)  # fmt: skip
 """Errors; each has up to two elements, and numbers for its sentence."""
 
 DIPOLE, NOTHING = -1, -2
@@ -46,6 +46,7 @@ ELEMENTS = (
     (BODY, BODY),
     (NOTHING, NOTHING),
     (NUMERIC, NOTHING),
+    (NOTHING, NOTHING),
 )
 """The types of the two elements of each error."""
 

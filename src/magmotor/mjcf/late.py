@@ -5,6 +5,7 @@
 
 import ctypes
 import threading
+import zlib
 from collections.abc import Callable
 from typing import Any
 
@@ -14,8 +15,12 @@ from magmotor.mjcf import memory
 from magmotor.numerics.subroutine import subroutine
 from magmotor_plugin import returning
 
-_load = types.ExternalFunction("magmotor_load", types.int64(types.int64))
-_loaders: list["LateFunction"] = []
+_load = types.ExternalFunction("magmotor_load", types.void(types.int64))
+_failed = ctypes.c_int64()
+loading_failed = memory.variable("magmotor_loading_failed")
+"""Whether a function could not be compiled, so that what needs it must be an error."""
+
+_loaders: dict[int, "LateFunction"] = {}
 _lock = threading.RLock()
 
 
@@ -41,18 +46,22 @@ class LateFunction:
     def __init__(self, symbol: str, signature: Any, compiled: Callable[[], Any]) -> None:
         self._symbol, self._compiled = symbol, compiled
         self._address = ctypes.c_int64()
-        address, number = memory.variable(symbol), len(_loaders)
-        _loaders.append(self)
+        # The number is in the code of callers, so that it must be the same in all processes.
+        address, number = memory.variable(symbol), zlib.crc32(f"{symbol}{signature}".encode())
+        _loaders[number] = self
 
         @subroutine
         def is_ready():
-            return address() != 0 or _load(number) != 0
+            if address() == 0:
+                _load(number)
+            return address() != 0
 
         self.is_ready, self.call = is_ready, memory.function_at(symbol, signature)
 
     def bind(self) -> None:
         """Bind the variable, and the function that loads, to symbols in compiled code."""
         memory.bind_variable(self._symbol, self._address)
+        memory.bind_variable("magmotor_loading_failed", _failed)
         memory.bind_function("magmotor_load", _loaded)
 
     def load(self) -> None:
@@ -61,9 +70,12 @@ class LateFunction:
             self._address.value = self._address.value or self._compiled().address
 
 
-@ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)
+@ctypes.CFUNCTYPE(None, ctypes.c_int64)
 @returning
 def _loaded(number):
-    """Load a function; return 1, or None, which is 0, after Ctrl-C."""
-    _loaders[number].load()
-    return 1
+    """Load a function, unless Ctrl-C or an error ends that."""
+    try:
+        _loaders[number].load()
+    except Exception:
+        _failed.value = 1
+        raise  # is printed

@@ -275,6 +275,7 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
         "numeric {} {!r}: the magnetic constant must be one positive finite number, mu0 in the"
         " units of the model".format
     ),
+    errors.UNLOADED: "the compiled code of magmotor could not be loaded; see stderr".format,
     errors.TOLERANCE: (
         "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
     ),

@@ -120,8 +120,8 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
 
     The modules are names of those with code or types that it uses; the constants are text, with the
     name of the module that reads or holds them, as are signatures of functions that are compiled by
-    themselves. Only magmotor and the function's own package are
-    considered.
+    themselves, and the constants in the closures of others. Only magmotor and the function's own
+    package are considered.
     """
     packages = {"magmotor", function.__module__.partition(".")[0]}
     modules, constants, seen, pending = set(), set(), set(), [function]
@@ -129,6 +129,9 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
         one = pending.pop()
         seen.add(one)
         modules.add(one.__module__)
+        for name, cell in zip(one.__code__.co_freevars, one.__closure__ or (), strict=True):
+            if isinstance(cell.cell_contents, CONSTANTS):
+                constants.add(f"{one.__qualname__}.{name} = {_text(cell.cell_contents)}")
         for name, value in _globals(one):
             found: Any = inspect.unwrap(value) if callable(value) else value
             if isinstance(found, CONSTANTS):

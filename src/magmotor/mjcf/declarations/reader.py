@@ -13,11 +13,13 @@ import numpy as np
 from numba import types
 
 from magmotor.mjcf import errors, layout, memory
-from magmotor.mjcf.declarations import valid_indices
-from magmotor.mjcf.declarations.coils import check_coils, read_coils
-from magmotor.mjcf.declarations.constants import check_constant, check_tolerance, read_constants
-from magmotor.mjcf.declarations.couplings import check_couplings, read_couplings
-from magmotor.mjcf.declarations.fields import check_fields, read_fields
+from magmotor.mjcf.declarations import elements, valid_indices
+from magmotor.mjcf.declarations.elements import (
+    check_elements,
+    elements_are_checkable,
+    elements_are_readable,
+    read_elements,
+)
 from magmotor.mjcf.declarations.fingerprint import (
     CHARACTERS,
     INTEGERS,
@@ -25,15 +27,9 @@ from magmotor.mjcf.declarations.fingerprint import (
     SIZES,
     fingerprint_of,
 )
-from magmotor.mjcf.declarations.iron import check_iron, read_iron
-from magmotor.mjcf.declarations.magnetometers import read_magnetometers
 from magmotor.mjcf.declarations.magnets import read_magnets
 from magmotor.mjcf.declarations.marks import (
-    COILS,
-    COUPLINGS,
     DIPOLES,
-    FIELDS,
-    IRON,
     NOISE,
     POTENTIALS,
     UNMARKED,
@@ -44,7 +40,9 @@ from magmotor.mjcf.declarations.marks import (
     plugin_instance,
 )
 from magmotor.mjcf.declarations.table import (
+    HEADER,
     SECTIONS,
+    STARTS,
     WORDS_OF_HEADER,
     clear,
     error_in,
@@ -57,6 +55,7 @@ from magmotor.mjcf.declarations.user_numbers import (
     invalid_row,
 )
 from magmotor.mjcf.declarations.valid_indices import invalid_index
+from magmotor.mjcf.late import loading_failed
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -70,6 +69,13 @@ BITS = 10
 _lists = (ctypes.c_int64 * (1 << BITS))()
 _address_of_lists = ctypes.c_int64(ctypes.addressof(_lists))
 _lists_address = memory.variable("magmotor_tables_address")
+
+_empty = (ctypes.c_int64 * WORDS_OF_HEADER)(
+    *(0 if name in ("next", "kinds") else -1 for name in HEADER.names),
+    *(WORDS_OF_HEADER for _ in range(WORDS_OF_HEADER - STARTS)),
+)
+_address_of_empty = ctypes.c_int64(ctypes.addressof(_empty))
+_empty_address = memory.variable("magmotor_empty_table_address")
 
 _WIDTHS = tuple(len(kind) for kind in SECTIONS)
 
@@ -91,7 +97,9 @@ def bind_others() -> None:
     valid_indices.bind()
     memory.bind_mujoco("mju_malloc")
     memory.bind_variable("magmotor_tables_address", _address_of_lists)
+    memory.bind_variable("magmotor_empty_table_address", _address_of_empty)
     memory.bind_variable("magmotor_reader_address", _address)
+    elements.bind()
 
 
 def bind_check() -> None:
@@ -111,7 +119,15 @@ def is_cached() -> bool:
 
 def compile_alone() -> None:
     """Compile the reader into Numba's cache, in a process that does nothing else."""
-    memory.bind_unused("magmotor_invalid_index", "magmotor_tables_address", "mju_malloc")
+    memory.bind_unused(
+        "magmotor_empty_table_address",
+        "magmotor_invalid_index",
+        "magmotor_load",
+        "magmotor_loading_failed",
+        "magmotor_read_elements_address",
+        "magmotor_tables_address",
+        "mju_malloc",
+    )
     compiled(layout.current())
 
 
@@ -146,6 +162,9 @@ def compiled(checksum: int, offsets: layout.Layout):
             table = header(table).next
         if table == 0:
             table = _read(m, offsets)
+            if table == 0:
+                header(_empty_address()).error = errors.UNLOADED if loading_failed() else -1
+                return _empty_address()
             header(table).fingerprint = fingerprint
             # Should another thread do the same now, one of the tables is not found again.
             header(table).next = memory.load_shared(first)
@@ -157,7 +176,7 @@ def compiled(checksum: int, offsets: layout.Layout):
 
 @subroutine
 def _read(m, offsets):
-    """Return the address of a new table."""
+    """Return the address of a new table, or 0 if Ctrl-C ended the compilation of what reads it."""
     found = memory.details_on_stack()
     field = invalid_index(m.ctypes.data, found)
     table = _allocate(8 * (WORDS_OF_HEADER if field >= 0 else _most_words(m, offsets)))
@@ -171,15 +190,19 @@ def _read(m, offsets):
     if kinds == WRONG:
         refuse(table, True, errors.MARK, -1)
         kinds = 0
-    coupled = kinds & COUPLINGS != 0
-    read_constants(table, m, offsets)
-    read_couplings(table, coupled, m, offsets)
-    read_magnets(table, coupled, m, offsets)
-    read_coils(table, kinds & COILS != 0, m, offsets)
-    read_fields(table, kinds & FIELDS != 0, m, offsets)
-    read_iron(table, kinds & IRON != 0, coupled, m, offsets)
-    read_magnetometers(table, m, offsets)
+    if not _has_elements(m, offsets):
+        read_magnets(table, False, m, offsets)
+    elif elements_are_readable():
+        read_elements((m.ctypes.data, table, kinds))
+    else:
+        return 0
     return table
+
+
+@subroutine
+def _has_elements(m, offsets):
+    """Whether a model has elements that may declare anything."""
+    return m[offsets.ntuple // 8] + m[offsets.nnumeric // 8] + m[offsets.nsensor // 8] > 0
 
 
 @subroutine
@@ -228,12 +251,6 @@ def _check_numbers(error, table, m, offsets, kinds, thorough):
         site = invalid_moment(m, offsets)
         if site >= 0:
             errors.set_error(error, errors.MOMENT, site)
-        if error[0] < 0:
-            check_tolerance(error, table, m, offsets)
-    if error[0] < 0 and kinds != UNMARKED:
-        check_constant(error, table, m, offsets)
-    if error[0] < 0 and kinds & COUPLINGS:
-        check_couplings(error, table, m, offsets)
     if error[0] < 0 and kinds & NOISE:
         body = invalid_row(m, offsets)
         if body >= 0:
@@ -242,9 +259,5 @@ def _check_numbers(error, table, m, offsets, kinds, thorough):
         joint = invalid_potential(m, offsets)
         if joint >= 0:
             errors.set_error(error, errors.POTENTIAL, joint)
-    if error[0] < 0 and kinds & COILS:
-        check_coils(error, table, m, offsets)
-    if error[0] < 0 and kinds & FIELDS:
-        check_fields(error, table, thorough, m, offsets)
-    if error[0] < 0 and kinds & IRON:
-        check_iron(error, table, m, offsets)
+    if error[0] < 0 and _has_elements(m, offsets) and elements_are_checkable():
+        check_elements((m.ctypes.data, table, kinds, thorough, error.ctypes.data))

@@ -11,11 +11,15 @@ from magmotor.mjcf import errors, layout, memory
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
 from magmotor.mjcf.declarations.reader import find_error
-from magmotor.mjcf.forces import dipole_wrenches, drives, resolution
-from magmotor.mjcf.forces.brownian_wrenches import clear_driven_bodies, has_step_number
+from magmotor.mjcf.forces import brownian_wrenches, dipole_wrenches, drives, resolution
+from magmotor.mjcf.forces.brownian_wrenches import (
+    clear_driven_bodies,
+    has_step_number,
+    noise_is_ready,
+)
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces
 from magmotor.mjcf.forces.magnetic_wrenches import set_dipole_wrenches, set_magnetic_wrenches
-from magmotor.mjcf.late import LateFunction
+from magmotor.mjcf.late import LateFunction, loading_failed
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -44,6 +48,7 @@ def bind_others() -> None:
     """Bind what the forces call, and the function through which others will call the forces."""
     reader.bind_others()
     reader.bind_check()
+    brownian_wrenches.bind()
     drives.bind()
     resolution.bind()
     dipole_wrenches.bind()
@@ -65,11 +70,12 @@ def is_cached() -> bool:
 def compile_alone() -> None:
     """Compile the forces into Numba's cache, in a process that does nothing else."""
     memory.bind_unused(
-        "mju_dispatch",
+        "magmotor_brownian_address",
         "magmotor_clusters_address",
         "magmotor_find_error",
         "magmotor_load",
-        "magmotor_tile_task",
+        "magmotor_loading_failed",
+        "magmotor_tiles_address",
     )
     drives.bind()
     resolution.bind()
@@ -87,10 +93,10 @@ def _forward(checksum: int):
         _ = checksum
         arguments = model, data, table, kinds, applied, generalized, later, error
         if kinds >= 0 and kinds & (FIELDS | COILS | IRON):
-            if not _all_are_ready():
-                memory.words(error, 1)[0] = -1
-                return 0
-            return _all(arguments)
+            if _all_are_ready():
+                return _all(arguments)
+            memory.words(error, 1)[0] = errors.UNLOADED if loading_failed() else -1
+            return 0
         return _forces_of_dipoles(arguments)
 
     return forward
@@ -132,4 +138,6 @@ def _begin_noise(model, data, m, d, offsets, applied):
     invalid = clear_driven_bodies(m, d, offsets, applied)
     if invalid >= 0:
         return errors.PATH, invalid, -1
+    if not noise_is_ready() and loading_failed():
+        return errors.UNLOADED, -1, -1
     return errors.NO_ERROR if has_step_number(model, data, offsets) else (errors.TIME, -1, -1)

@@ -17,11 +17,25 @@ Numbers beyond the model's `nuserdata` default to 0, 0, 1, 0, 0, and a factor of
 import math
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from magmotor.mjcf import memory
+from magmotor.mjcf import layout, memory
+from magmotor.mjcf.late import LateFunction
 from magmotor.noise import COARSEST, HELD, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
+from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
+
+_word = types.int64
+_ADD = types.int64(_word, _word, _word, _word)
+
+_late = LateFunction("magmotor_brownian_address", _ADD, lambda: _add(layout.current()))
+bind, noise_is_ready, add_brownian_wrenches = _late.bind, _late.is_ready, _late.call
+"""Add the Brownian wrenches of a step to those of the bodies; return the number of channels.
+
+The arguments are the addresses of mjModel and mjData, the number of the step, and the address of
+the wrenches.
+"""
 
 PATH_NUMBERS = 5
 """Number of elements of `userdata` that select the path."""
@@ -61,8 +75,20 @@ def clear_driven_bodies(m, d, offsets, applied):
     return -1
 
 
-@subroutine(forceinline=True)
-def add_brownian_wrenches(model, data, offsets, step, applied):
+@compiled_once(_ADD, error_model="numpy")
+def _add(checksum: int, offsets: layout.Layout):
+    """Define `add_brownian_wrenches` for one layout of the structs."""
+
+    def add_brownian_wrenches(model, data, step, applied):
+        _ = checksum
+        wrenches = memory.numbers(applied, memory.UNBOUNDED, 6)
+        return _add_wrenches(model, data, offsets, step, wrenches)
+
+    return add_brownian_wrenches
+
+
+@subroutine
+def _add_wrenches(model, data, offsets, step, applied):
     """Add the Brownian wrenches of this step to the bodies; return the number of channels."""
     m = memory.words(model, memory.UNBOUNDED)
     d = memory.words(data, memory.UNBOUNDED)

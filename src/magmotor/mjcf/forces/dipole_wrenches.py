@@ -42,18 +42,26 @@ from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
 _word, _number = types.int64, types.float64
-_CLUSTERED = types.int64(_word, _word, _number, *8 * [_word])
-_clusters = LateFunction("magmotor_clusters_address", _CLUSTERED, lambda: _compiled_clusters())
+_MANY = types.int64(_word, _word, _number, *8 * [_word])
+_clusters = LateFunction("magmotor_clusters_address", _MANY, lambda: _compiled_clusters())
 _clusters_are_ready, _add_clustered_wrenches = _clusters.is_ready, _clusters.call
+_tiles = LateFunction("magmotor_tiles_address", _MANY, lambda: _compiled_tiles())
+_tiles_are_ready, _add_tiled_wrenches = _tiles.is_ready, _tiles.call
 
 
 def bind() -> None:
-    """Bind what this module compiles separately, and what that calls, to symbols."""
-    tiles.bind()
+    """Bind what this module calls to symbols."""
+    _tiles.bind()
     _clusters.bind()
 
 
+def _compiled_tiles() -> Any:
+    tiles.bind()
+    return _tiled()
+
+
 def _compiled_clusters() -> Any:
+    tiles.bind()
     cluster_blocks.bind()
     return _clustered()
 
@@ -72,22 +80,20 @@ def add_dipole_wrenches(
     boundary, end = magnets.boundary, magnets.end
     coincident = acting = 0
     count, mixed = magnets.number, magnets.mixed
+    place = memory.pair_on_stack()
+    result = memory.words(place, 2)
+    arguments = (
+        model, stack, tolerance, table.ctypes.data, table.shape[1], count, boundary, end,
+        center.ctypes.data, applied.ctypes.data, place,
+    )  # fmt: skip
     many = mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end)
     if many and _clusters_are_ready():
-        memory.mark_stack(stack)
-        place = memory.pair_on_stack()
-        acting = _add_clustered_wrenches((
-            model, stack, tolerance, table.ctypes.data, table.shape[1], count, boundary, end,
-            center.ctypes.data, applied.ctypes.data, place,
-        ))  # fmt: skip
-        memory.free_stack(stack)
-        result = memory.words(place, 2)
+        acting = _add_clustered_wrenches(arguments)
         coincident, mixed = result[0], result[1] == 0
-    if mixed and end >= TILED and _mostly_move(table, count, boundary, end):
-        mixed = False
-        acting, coincident = _add_tiled_wrenches(
-            model, stack, table, count, boundary, end, center, applied
-        )
+    many = mixed and end >= TILED and _mostly_move(table, count, boundary, end)
+    if many and _tiles_are_ready():
+        acting = _add_tiled_wrenches(arguments)
+        coincident, mixed = result[0], False
     for k in range(count):
         grouped = table[FIRST, k] < boundary
         if grouped and mixed and table[MOVES, k] > 0.0:
@@ -113,41 +119,52 @@ def _mostly_move(table, count, boundary, end):
     return 2 * moving >= end
 
 
-@subroutine
-def _add_tiled_wrenches(model, stack, table, count, boundary, end, center, applied):
-    """Add the wrenches of all grouped magnets on one another, with each pair computed once.
+@compiled_once(_MANY, error_model="numpy")
+def _tiled(checksum: int):
+    """Define `_add_tiled_wrenches`."""
 
-    Returns the number of magnets that can move, and whether any dipoles coincide.
-    """
-    blocks = fill_tiles(stack, table, end)
-    coincident = sum_over_pairs(model, stack, blocks)
-    acting = 0
-    for k in range(count):
-        if table[FIRST, k] < boundary and table[MOVES, k] > 0.0:
-            acting += 1
-            first = int(table[FIRST, k])
-            for i in range(first, first + int(table[SIZE, k])):
-                target, total = dipole_and_sums(blocks, i)
-                add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
-    return acting, int(coincident)
+    def add_tiled_wrenches(
+        model, stack, tolerance, table, columns, count, boundary, end, center, applied, result
+    ):  # fmt: skip
+        """Add the wrenches of all grouped magnets on one another, with each pair computed once.
+
+        Arrays are given by their addresses. `result` receives whether any dipoles coincide. Returns
+        the number of magnets that can move.
+        """
+        _ = checksum
+        table = memory.numbers(table, ROWS, columns)
+        center = memory.numbers(center, memory.UNBOUNDED, 3)
+        applied = memory.numbers(applied, memory.UNBOUNDED, 6)
+        memory.mark_stack(stack)
+        blocks = fill_tiles(stack, table, end)
+        memory.words(result, 1)[0] = sum_over_pairs(model, stack, blocks)
+        acting = 0
+        for k in range(count):
+            if table[FIRST, k] < boundary and table[MOVES, k] > 0.0:
+                acting += 1
+                first = int(table[FIRST, k])
+                for i in range(first, first + int(table[SIZE, k])):
+                    target, total = dipole_and_sums(blocks, i)
+                    add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+        memory.free_stack(stack)
+        return acting
+
+    return add_tiled_wrenches
 
 
-@compiled_once(_CLUSTERED, error_model="numpy")
+@compiled_once(_MANY, error_model="numpy")
 def _clustered(checksum: int):
     """Define `_add_clustered_wrenches`."""
 
     def add_clustered_wrenches(
         model, stack, tolerance, table, columns, count, boundary, end, center, applied, result
     ):  # fmt: skip
-        """Do `_add_tiled_wrenches` within a tolerance.
-
-        Arrays are given by their addresses. `result` receives whether any dipoles coincide, and
-        whether this was done.
-        """
+        """Do the same within a tolerance; `result` also receives whether this was done."""
         _ = checksum
         table = memory.numbers(table, ROWS, columns)
         center = memory.numbers(center, memory.UNBOUNDED, 3)
         applied = memory.numbers(applied, memory.UNBOUNDED, 6)
+        memory.mark_stack(stack)
         magnet = memory.words(memory.allocate(stack, 8 * end, 8), end)
         acting = 0
         for k in range(count):
@@ -164,6 +181,7 @@ def _clustered(checksum: int):
             if k != FIXED:
                 target, total = dipole_and_sums(blocks, i)
                 add_wrench(int(table[BODY, k]), 1.0, target, total, center, applied)
+        memory.free_stack(stack)
         words = memory.words(result, 2)
         words[0], words[1] = coincident, done
         return acting if done else 0
