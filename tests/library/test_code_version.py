@@ -11,6 +11,7 @@ import shutil
 import sys
 import threading
 import time
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -241,6 +242,13 @@ def test_what_is_compiled_by_itself_is_known_by_its_signature():
     numbers = ", ".join(6 * ["int64"])
     signature = f"magmotor_apply_forces({numbers}, bool, int64) -> int64"
     assert f"magmotor.mjcf.callbacks.apply_forces = {signature}" in constants
+
+
+def test_what_is_compiled_late_is_known_by_its_symbol_and_signature():
+    """Else cached code would look for the symbol that a function had before it was renamed."""
+    _, constants = numba_cache.reached(inspect.unwrap(all_forces._forward))
+    number = zlib.crc32(f"magmotor_all_forces_address{all_forces._APPLY}".encode())
+    assert f"LateFunction.__init__.<locals>.is_ready.number = {number}" in constants
 
 
 def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypatch):

@@ -9,14 +9,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import magmotor_plugin
 from magmotor.common.arrays import Array
 from magmotor.mjcf import layout
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations import table as of_table
 from magmotor.mjcf.declarations.custom import BODY
 from magmotor.mjcf.declarations.fields import GRADIENT, UNIFORM
-from magmotor.mjcf.declarations.table import SECTIONS, STARTS, WORDS_OF_HEADER
+from magmotor.mjcf.declarations.table import HEADER, SECTIONS, STARTS, WORDS_OF_HEADER
 from magmotor.mjcf.lookup import given_name
 
 
@@ -33,6 +32,11 @@ def rows(model: mujoco.MjModel, section: int) -> Any:
     first, end = _words(address, WORDS_OF_HEADER)[STARTS + section : STARTS + section + 2]
     words = _words(address + 8 * int(first), int(end - first))
     return words.view(SECTIONS[section]).view(np.recarray)
+
+
+def header(model: mujoco.MjModel) -> Any:
+    """Return the header of a model's table, a record."""
+    return _words(_table_of()(model._address), STARTS).view(HEADER).view(np.recarray)[0]
 
 
 def _words(address: int, count: int) -> NDArray[np.int64]:
@@ -137,7 +141,7 @@ def couplings(model: mujoco.MjModel) -> dict[frozenset[int], float]:
 
 def has_plugin(model: mujoco.MjModel) -> bool:
     """Whether a model has the plugin that applies the forces."""
-    return bool((model.plugin == magmotor_plugin.register()).any())
+    return bool(header(model).instance >= 0)
 
 
 def site_moments(model: mujoco.MjModel) -> Array:

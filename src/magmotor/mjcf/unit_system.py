@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf.declarations.constants import NAME, scale_of
 from magmotor.mjcf.declarations.iron import BOX, SPHERE
-from magmotor.mjcf.declared import coil_of_sites
+from magmotor.mjcf.declared import coil_of_sites, header
 from magmotor.mjcf.forces.iron import ellipsoid
-from magmotor.mjcf.lookup import label, number_of
+from magmotor.mjcf.lookup import label
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 OF_NEODYMIUM = 140.0
@@ -32,7 +32,7 @@ AIR, OSMIUM = 1.0, 1e6
 
 def magnetic_constant(model: mujoco.MjModel) -> float:
     """Return mu0 in the units of a model: its numeric `magnetic_constant`, or that of SI."""
-    k = number_of(model, "numeric", NAME)
+    k = header(model).constant
     return float(model.numeric_data[model.numeric_adr[k]]) if k >= 0 else VACUUM_PERMEABILITY
 
 
@@ -41,7 +41,7 @@ def declares_units(model: mujoco.MjModel) -> bool:
 
     The number of mu0 in SI is that in other systems, too, such as um, ng, ms and uA.
     """
-    return number_of(model, "numeric", NAME) >= 0
+    return bool(header(model).constant >= 0)
 
 
 def moment_scale(model: mujoco.MjModel) -> float:
