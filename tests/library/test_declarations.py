@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf import declared, layout
+from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declarations import fingerprint
 from magmotor.mjcf.declarations import table as of_table
+from magmotor.mjcf.declarations.marks import UNREADABLE
 
 MODEL = """
 <mujoco>
@@ -101,7 +101,7 @@ def forces(model):
 
 def table_of(model):
     """Return the address of a model's table."""
-    return declared._table_of()(model._address)
+    return declared._table_of()(model._address, False)
 
 
 def fresh(model):
@@ -260,27 +260,54 @@ def test_threads_may_read_new_structures_at_the_same_time():
     assert not failed
 
 
+STRUCTURE = {
+    "body_weldid": "nbody", "body_dofnum": "nbody", "site_bodyid": "nsite", "geom_type": "ngeom",
+    "geom_bodyid": "ngeom", "plugin": "nplugin", "plugin_attradr": "nplugin",
+    "sensor_plugin": "nsensor", "sensor_objtype": "nsensor", "sensor_objid": "nsensor",
+    "sensor_adr": "nsensor", "name_textadr": "ntext", "text_adr": "ntext",
+    "name_numericadr": "nnumeric", "name_tupleadr": "ntuple", "tuple_adr": "ntuple",
+    "tuple_size": "ntuple", "tuple_objtype": "ntupledata", "tuple_objid": "ntupledata",
+}  # fmt: skip
+"""Arrays that the reader looks at, and their lengths."""
+
+
 def test_the_fingerprint_sees_all_that_a_table_depends_on():
-    """It differs after a change of any index; numbers that stay in the model do not change it."""
+    """Each change gives a table of its own, or an error; numbers do not change the table."""
     model = compiled()
-    seen = {table_of(model)}
-    for array, count in fingerprint.INTEGERS:
+    seen, unreadable = {table_of(model)}, 0
+    for array, count in STRUCTURE.items():
         values = getattr(model, array).reshape(-1)
-        assert len(values) == getattr(model, count), array
-        for k in {0, len(values) - 1} if len(values) else ():
+        assert len(values) == getattr(model, count) > 0, array
+        for k in {0, len(values) - 1}:
             before = int(values[k])
             for value in (before + 1, before + (1 << 20), before ^ (1 << 30)):
                 values[k] = value
-                assert table_of(model) not in seen, (array, k)
-                seen.add(table_of(model))
+                table, kinds = table_of(model), int(declared.header(model).kinds)
+                assert table not in seen or kinds == UNREADABLE, (array, k, value)
+                unreadable += kinds == UNREADABLE
+                seen.add(table)
             values[k] = before
     assert table_of(model) in seen
+    assert unreadable > 40  # 71
     count = len(seen)
     for array in ("site_user", "numeric_data", "tuple_objprm", "geom_size", "body_mass", "qpos0"):
         getattr(model, array).reshape(-1)[:] += 0.25
         seen.add(table_of(model))
     assert len(seen) == count
-    assert {*fingerprint.SIZES} <= {*layout.MODEL_FIELDS}
+
+
+def test_an_index_that_no_table_depends_on_is_checked_at_the_start():
+    """Also if the same structure has been read before, and if the model was sound at time 0."""
+    model = compiled()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    model.name_bodyadr[1] = -1
+    mujoco.mj_resetData(model, data)
+    with pytest.raises(mujoco.FatalError, match=r"name_bodyadr\[1\] of the model = -1: must be"):
+        mujoco.mj_step(model, data)
+    with pytest.raises(ValueError, match=r"name_bodyadr\[1\] of the model = -1: must be"):
+        mm.describe(model)
+    assert forces(compiled()).any()
 
 
 def test_words_of_marks_and_names_count():

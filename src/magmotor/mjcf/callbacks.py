@@ -118,7 +118,7 @@ def _read(checksum: int, offsets: layout.Layout):
 
     def read(model):
         _ = checksum
-        table, place = table_of(model), memory.error_on_stack()
+        table, place = table_of(model, True), memory.error_on_stack()
         kinds = acting_kinds(table, memory.words(model, memory.UNBOUNDED), offsets)
         find_error(model, table, kinds, True, place)
         report(memory.words(place, errors.WORDS), model, model)
@@ -141,7 +141,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
 
     def prepare(model, data, instance):
         _ = checksum
-        m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+        m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
         kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
         _keep(table, kinds, data, offsets, instance)
         find_error(model, table, kinds, True, place)
@@ -172,7 +172,7 @@ def _callback(checksum: int, offsets: layout.Layout):
         d = memory.words(data, memory.UNBOUNDED)
         if _has_users_callback() != 0:
             _call_users_callback((model, data))
-        table = table_of(model)
+        table = table_of(model, _is_at_start(data, offsets))
         if header(table).instance >= 0:
             return
         kinds = acting_kinds(table, m, offsets)
@@ -217,7 +217,7 @@ def _init(checksum: int, offsets: layout.Layout):
 
     def init(model, data, instance):
         _ = checksum
-        m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+        m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
         kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
         find_error(model, table, kinds, True, place)
         error = memory.words(place, errors.WORDS)
@@ -254,7 +254,7 @@ def _compute(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         word = memory.words(_plugin_data(data, offsets, instance), 1)
-        kinds, table = word[0] & ACTING, table_of(model)
+        kinds, table = word[0] & ACTING, table_of(model, _is_at_start(data, offsets))
         if kinds & IDLE:
             return
         if header(table).kinds == UNREADABLE:
@@ -326,7 +326,7 @@ def _reset(checksum: int, offsets: layout.Layout):
     def reset(model, state, word, instance):
         _ = checksum
         if word & ACTING == ACTING:
-            m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+            m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
             place = memory.error_on_stack()
             find_error(model, table, acting_kinds(table, m, offsets), True, place)
             report(memory.words(place, errors.WORDS), model, model)
@@ -340,9 +340,9 @@ def _check_magnetometers(checksum: int, offsets: layout.Layout):
 
     def init(model, data, instance):
         _ = checksum
-        table, place = table_of(model), memory.error_on_stack()
+        table, place = table_of(model, True), memory.error_on_stack()
         error = memory.words(place, errors.WORDS)
-        _find_error_of_sensors(error, model, table, UNREADABLE, instance)
+        _find_error_of_sensors(error, model, table, 0, instance)
         report(error, model, model)
         return FAILED if error[0] >= 0 else 0
 
@@ -357,7 +357,8 @@ def _measure(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        table, place = table_of(model), memory.error_on_stack()
+        table = table_of(model, _is_at_start(data, offsets))
+        place = memory.error_on_stack()
         kinds, error = acting_kinds(table, m, offsets), memory.words(place, errors.WORDS)
         _find_error_of_sensors(error, model, table, kinds, instance)
         if error[0] < 0:

@@ -28,7 +28,7 @@ def _table_of() -> Any:
 
 def rows(model: mujoco.MjModel, section: int) -> Any:
     """Return the records of a section of a model's table; see `declarations/table.py`."""
-    address = _table_of()(model._address)
+    address = _table_of()(model._address, True)
     first, end = _words(address, WORDS_OF_HEADER)[STARTS + section : STARTS + section + 2]
     words = _words(address + 8 * int(first), int(end - first))
     return words.view(SECTIONS[section]).view(np.recarray)
@@ -36,7 +36,7 @@ def rows(model: mujoco.MjModel, section: int) -> Any:
 
 def header(model: mujoco.MjModel) -> Any:
     """Return the header of a model's table, a record."""
-    return _words(_table_of()(model._address), STARTS).view(HEADER).view(np.recarray)[0]
+    return _words(_table_of()(model._address, True), STARTS).view(HEADER).view(np.recarray)[0]
 
 
 def _words(address: int, count: int) -> NDArray[np.int64]:

@@ -168,7 +168,7 @@ def _observe(checksum: int, offsets: layout.Layout):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         memory.mark_stack(data)
-        own, place = table_of(model), memory.error_on_stack()
+        own, place = table_of(model, False), memory.error_on_stack()
         state = read_state(m, d, offsets, own, acting_kinds(own, m, offsets))
         table, magnets, problem = state.table, state.magnets, state.error
         total, count = 0.0, 0

@@ -153,7 +153,7 @@ def _locate(dipole, numeric, m, d, offsets, details):
         (offsets.site_xpos, dipole) if dipole < nsite else (offsets.geom_xpos, dipole - nsite)
     )
     at = memory.numbers(d[places // 8], memory.UNBOUNDED, 3)[i]
-    for row in fields(table_of(m.ctypes.data)):
+    for row in fields(table_of(m.ctypes.data, False)):
         if row.numeric == numeric:
             place = place_in_field(row, at[0], at[1], at[2], m, d, offsets)
             details[1], details[2], details[3] = place

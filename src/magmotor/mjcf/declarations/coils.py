@@ -99,17 +99,18 @@ def _repeated(i, m, offsets):
     return -1, -1
 
 
-@subroutine
+@subroutine(forceinline=True)
 def check_coils(error, table, m, offsets):
     """Find an error in the numbers of the actuators of coils."""
-    for row in coils(table):
-        rule = wrong_drive(row, m, offsets)
+    found = coils(table)
+    for k in range(len(found)):
+        rule = wrong_drive(found[k], m, offsets)
         if rule >= 0:
-            set_error(error, COIL, row.tuple, row.element, rule)
+            set_error(error, COIL, found[k].tuple, found[k].element, rule)
             return
 
 
-@subroutine
+@subroutine(forceinline=True)
 def wrong_drive(row, m, offsets):
     """Return the rule that the actuator of a coil or a field breaks by its numbers, or -1."""
     delay = memory.numbers(m[offsets.actuator_delay // 8], 1, memory.UNBOUNDED)[0, row.actuator]

@@ -54,7 +54,7 @@ def tolerance_of(table, m, offsets):
     return numbers_of(k, m, offsets)[0] if k >= 0 else 0.0
 
 
-@subroutine
+@subroutine(forceinline=True)
 def check_tolerance(error, table, m, offsets):
     """Find an error unless the tolerance is one number from 0 to 0.1."""
     k = header(table).tolerance
@@ -64,7 +64,7 @@ def check_tolerance(error, table, m, offsets):
             set_error(error, TOLERANCE, k)
 
 
-@subroutine
+@subroutine(forceinline=True)
 def check_constant(error, table, m, offsets):
     """Find an error unless the magnetic constant is one positive finite number."""
     k = header(table).constant

@@ -36,11 +36,13 @@ def read_couplings(table, acts, m, offsets):
             row.other = element(elements.start + 1, m, offsets)[1]
 
 
-@subroutine
+@subroutine(forceinline=True)
 def check_couplings(error, table, m, offsets):
     """Find an error in couplings whose `prm` are not equal and finite."""
-    for row in couplings(table):
-        factor = element(row.element, m, offsets)[2]
-        if not (factor == element(row.element + 1, m, offsets)[2] and abs(factor) < math.inf):
-            set_error(error, COUPLING, row.tuple)
+    found = couplings(table)
+    for k in range(len(found)):
+        first = found[k].element
+        factor, other = element(first, m, offsets)[2], element(first + 1, m, offsets)[2]
+        if not (factor == other and abs(factor) < math.inf):
+            set_error(error, COUPLING, found[k].tuple)
             return

@@ -51,7 +51,7 @@ def elements_of(k, m, offsets) -> range:
     return range(first, first + size)
 
 
-@subroutine
+@subroutine(forceinline=True)
 def element(i, m, offsets):
     """Return the type, the number and the `prm` of element i of all tuples."""
     return (
@@ -61,7 +61,7 @@ def element(i, m, offsets):
     )
 
 
-@subroutine
+@subroutine(forceinline=True)
 def numbers_of(numeric, m, offsets) -> Any:
     """Return the numbers of a numeric."""
     first = memory.integers(m[offsets.numeric_adr // 8], memory.UNBOUNDED)[numeric]

@@ -121,21 +121,22 @@ def _broken_rule(k, m, offsets):
     return -1, FEW if named == 0 else -1, -1
 
 
-@subroutine
+@subroutine(forceinline=True)
 def check_fields(error, table, thorough, m, offsets):
     """Find an error in the numbers of fields and their actuators; in all nodes if `thorough`."""
-    for row in fields(table):
-        if not _are_valid(numbers_of(row.numeric, m, offsets), thorough):
-            set_error(error, FIELD, row.numeric)
+    found = fields(table)
+    for k in range(len(found)):
+        if not _are_valid(numbers_of(found[k].numeric, m, offsets), thorough):
+            set_error(error, FIELD, found[k].numeric)
             return
-    for row in fields(table):
-        rule = wrong_drive(row, m, offsets) if row.actuator >= 0 else -1
+    for k in range(len(found)):
+        rule = wrong_drive(found[k], m, offsets) if found[k].actuator >= 0 else -1
         if rule >= 0:
-            set_error(error, FIELD_TUPLE, row.tuple, row.element, rule)
+            set_error(error, FIELD_TUPLE, found[k].tuple, found[k].element, rule)
             return
 
 
-@subroutine
+@subroutine(forceinline=True)
 def _are_valid(numbers, thorough):
     """Whether numbers are those of a field; of a table, the nodes are read if `thorough`."""
     size = len(numbers)

@@ -1,9 +1,9 @@
 """A number that tells the structure of one model from that of another.
 
-It is a sum of mixed 64-bit words of all that a table depends on: sizes, indices, and the characters
-of marks and names. It is computed in each step, so that a table is right for what is in memory now,
-whatever a program has assigned, and whichever model was at the same address before. Two structures
-have the same fingerprint with a chance of 2^-64.
+It is a sum of mixed 64-bit words of all that a table depends on: sizes, what belongs to what, the
+characters of marks, and the names and elements of tuples. It is computed in each step, so that a
+table is right for what is in memory now, whatever a program has assigned, and whichever model was
+at the same address before. Two structures have the same fingerprint with a chance of 2^-64.
 """
 
 # Numba's intrinsics hide their first parameter:
@@ -12,71 +12,90 @@ have the same fingerprint with a chance of 2^-64.
 import numpy as np
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.declarations.valid_indices import INDICES, NAMED
 from magmotor.numerics.subroutine import subroutine
-
-SIZES = (
-    "nq", "nv", "nu", "na", "nactuator", "nbody", "njnt", "ngeom", "nsite", "nsensor",
-    "nsensordata", "nplugin", "nnumeric", "nnumericdata", "ntext", "ntextdata", "ntuple",
-    "ntupledata", "nnames", "npluginattr", "nuser_body", "nuser_jnt", "nuser_site",
-)  # fmt: skip
-"""Numbers of mjModel."""
-
-INTEGERS = tuple(dict.fromkeys([
-    *((array, count) for array, count, _, _, _ in INDICES),
-    *((sizes, count) for _, count, _, sizes, _ in INDICES if sizes),
-    *((array, count) for array, count, _ in NAMED),
-    *((kinds, count) for _, count, kinds in NAMED),
-    ("body_dofnum", "nbody"), ("geom_type", "ngeom"), ("plugin", "nplugin"),
-    ("sensor_plugin", "nsensor"),
-]))  # fmt: skip
-"""Arrays of C ints, and their lengths."""
-
-CHARACTERS = (("text_data", "ntextdata"), ("plugin_attr", "npluginattr"))
-"""Arrays of characters, and their lengths; of the names, those count that are read."""
-
-READ = (
-    ("name_textadr", "ntext"), ("name_numericadr", "nnumeric"), ("name_tupleadr", "ntuple")
-)  # fmt: skip
-"""Where the names of texts, numerics and tuples begin, and how many there are."""
 
 _FIRST, _SECOND = np.uint64(0xD6E8FEB86659FD93), np.uint64(0xA0761D6478BD642F)
 """Odd numbers with random bits."""
 
 
-@subroutine
-def fingerprint_of(m, sizes, arrays, names):
-    """Return the fingerprint of a model, by words of mjModel.
-
-    `sizes` (n,) are those of numbers, `arrays` (n, 3) those of arrays and their lengths, with bytes
-    per element, and `names` (4, 2) those of `READ`, and then of the names and their length.
-    """
+@subroutine(forceinline=True)
+def fingerprint_of(m, offsets):
+    """Return the fingerprint of a model, whose words are given."""
+    nbody, nsite, ngeom = m[offsets.nbody // 8], m[offsets.nsite // 8], m[offsets.ngeom // 8]
+    ntext, nnumeric, ntuple = (
+        m[offsets.ntext // 8], m[offsets.nnumeric // 8], m[offsets.ntuple // 8]
+    )  # fmt: skip
+    nplugin, nsensor = m[offsets.nplugin // 8], m[offsets.nsensor // 8]
+    sizes = (
+        nbody, nsite, ngeom, ntext, nnumeric, ntuple, nplugin, nsensor, m[offsets.nactuator // 8],
+        m[offsets.nuser_site // 8], m[offsets.ntupledata // 8], m[offsets.nsensordata // 8],
+    )  # fmt: skip
     total = np.uint64(0)
     for k in range(len(sizes)):
-        total += _mixed(m[sizes[k]], k)
-    for k in range(len(arrays)):
-        total += _sum(m[arrays[k, 0]], m[arrays[k, 1]] * arrays[k, 2], k)
-    last = len(names) - 1
-    length = m[names[last, 1]]
-    first = max(length - 1, 0)
-    for k in range(last):
-        start = memory.integers(m[names[k, 0]], m[names[k, 1]])
-        for i in range(len(start)):
-            first = min(first, np.int64(start[i]))
-    return total + _sum(m[names[last, 0]] + first, length - first, len(arrays))
+        total = total * _FIRST + np.uint64(sizes[k])
+    total = _mixed(total, 0) + _integers(m[offsets.site_bodyid // 8], nsite, 1)
+    total += _integers(m[offsets.body_weldid // 8], nbody, 2)
+    total += _integers(m[offsets.body_dofnum // 8], nbody, 3)
+    if nplugin > 0:
+        total += _integers(m[offsets.plugin // 8], nplugin, 4)
+        total += _integers(m[offsets.plugin_attradr // 8], nplugin, 5)
+        total += _characters(m[offsets.plugin_attr // 8], m[offsets.npluginattr // 8], 6)
+        total += _integers(m[offsets.sensor_plugin // 8], nsensor, 7)
+        total += _integers(m[offsets.sensor_objtype // 8], nsensor, 8)
+        total += _integers(m[offsets.sensor_objid // 8], nsensor, 9)
+        total += _integers(m[offsets.sensor_adr // 8], nsensor, 10)
+    if ntext > 0:
+        total += _integers(m[offsets.name_textadr // 8], ntext, 11)
+        total += _integers(m[offsets.text_adr // 8], ntext, 12)
+        total += _characters(m[offsets.text_data // 8], m[offsets.ntextdata // 8], 13)
+    if nnumeric > 0:
+        total += _integers(m[offsets.name_numericadr // 8], nnumeric, 14)
+    if ntuple > 0:
+        total += _integers(m[offsets.name_tupleadr // 8], ntuple, 15)
+        total += _integers(m[offsets.tuple_adr // 8], ntuple, 16)
+        total += _integers(m[offsets.tuple_size // 8], ntuple, 17)
+        total += _integers(m[offsets.tuple_objtype // 8], m[offsets.ntupledata // 8], 18)
+        total += _integers(m[offsets.tuple_objid // 8], m[offsets.ntupledata // 8], 19)
+        total += _integers(m[offsets.geom_type // 8], ngeom, 20)
+        total += _integers(m[offsets.geom_bodyid // 8], ngeom, 21)
+    # The names of texts, numerics and tuples follow those of all other elements that are read.
+    length = m[offsets.nnames // 8]
+    first = _least(m[offsets.name_textadr // 8], ntext, length)
+    first = _least(m[offsets.name_numericadr // 8], nnumeric, first)
+    first = _least(m[offsets.name_tupleadr // 8], ntuple, first)
+    return total + _characters(m[offsets.names // 8] + first, length - first, 22)
 
 
 @subroutine(forceinline=True)
-def _sum(place, size, number):
-    """Return the sum of the mixed words of `size` bytes; `number` is that of the array."""
-    words, total = memory.words(place, size // 8), np.uint64(0)
-    seed = number << 40
+def _least(place, count, bound):
+    """Return the least of some C ints, or a bound if that is less."""
+    numbers, least = memory.integers(place, count), bound
+    for k in range(count):
+        least = min(least, np.int64(numbers[k]))
+    return least
+
+
+@subroutine(forceinline=True)
+def _integers(place, count, number):
+    """Return the sum of some C ints, mixed; `number` is that of the array."""
+    words, total = memory.words(place, count // 2), np.uint64(0)
     for k in range(len(words)):
-        total += _mixed(words[k], seed + k)
-    rest, left = memory.bytes_at(place + 8 * len(words), size % 8), np.int64(0)
-    for k in range(len(rest)):
-        left = left << 8 | np.int64(rest[k])
-    return total + _mixed(left, seed - 1) if len(rest) > 0 else total
+        total += _mixed(words[k], number << 40 | k)
+    if count % 2 == 1:
+        total += _mixed(memory.integers(place, count)[count - 1], number << 40 | count)
+    return total
+
+
+@subroutine(forceinline=True)
+def _characters(place, count, number):
+    """Return the same of characters."""
+    words, total = memory.words(place, count // 8), np.uint64(0)
+    for k in range(len(words)):
+        total += _mixed(words[k], number << 40 | k)
+    rest, last = memory.bytes_at(place, count), np.int64(0)
+    for k in range(count // 8 * 8, count):
+        last = last << 8 | np.int64(rest[k])
+    return total + _mixed(last, number << 40 | count)
 
 
 @subroutine(forceinline=True)

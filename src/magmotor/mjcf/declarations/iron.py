@@ -125,27 +125,35 @@ def _earlier_tuple(i, geom, m, offsets):
     return -1
 
 
-@subroutine
+@subroutine(forceinline=True)
 def check_iron(error, table, m, offsets):
     """Find an error in materials, or in the sizes of pieces.
 
     A material has one or two finite numbers, the first at least -1 and the second not negative.
     """
-    for found in (pieces(table), planes(table)):
-        for row in found:
-            numbers = numbers_of(row.material, m, offsets)
-            valid = len(numbers) in (1, 2) and -1.0 <= numbers[0] < math.inf
-            if len(numbers) == 2:
-                valid = valid and 0.0 <= numbers[1] < math.inf
-            if not valid:
-                set_error(error, MATERIAL, row.material)
-                return
+    _check_materials(error, pieces(table), m, offsets)
+    _check_materials(error, planes(table), m, offsets)
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
-    for row in pieces(table):
-        used = 1 if shape[row.geom] == SPHERE else 3
-        used = 2 if shape[row.geom] in (CAPSULE, CYLINDER) else used
+    found = pieces(table)
+    for k in range(len(found) if error[0] < 0 else 0):
+        geom = found[k].geom
+        used = 1 if shape[geom] == SPHERE else 3
+        used = 2 if shape[geom] in (CAPSULE, CYLINDER) else used
         for axis in range(used):
-            if not 0.0 < size[row.geom, axis] < math.inf:
-                set_error(error, SIZE, row.geom)
+            if not 0.0 < size[geom, axis] < math.inf:
+                set_error(error, SIZE, geom)
                 return
+
+
+@subroutine(forceinline=True)
+def _check_materials(error, iron, m, offsets):
+    """Find an error in the materials of pieces or planes, unless there is one."""
+    for k in range(len(iron) if error[0] < 0 else 0):
+        numbers = numbers_of(iron[k].material, m, offsets)
+        valid = len(numbers) in (1, 2) and -1.0 <= numbers[0] < math.inf
+        if len(numbers) == 2:
+            valid = valid and 0.0 <= numbers[1] < math.inf
+        if not valid:
+            set_error(error, MATERIAL, iron[k].material)
+            return

@@ -8,6 +8,7 @@ read it without a lock, and models that are copied, pickled or created anew shar
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 import ctypes
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -20,13 +21,7 @@ from magmotor.mjcf.declarations.elements import (
     elements_are_readable,
     read_elements,
 )
-from magmotor.mjcf.declarations.fingerprint import (
-    CHARACTERS,
-    INTEGERS,
-    READ,
-    SIZES,
-    fingerprint_of,
-)
+from magmotor.mjcf.declarations.fingerprint import fingerprint_of
 from magmotor.mjcf.declarations.magnets import read_magnets
 from magmotor.mjcf.declarations.marks import (
     DIPOLES,
@@ -60,7 +55,7 @@ from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
 _word, _flag = types.int64, types.boolean
-_FIND = types.int64(_word)
+_FIND = types.int64(_word, _flag)
 _CHECK = types.void(_word, _word, _word, _flag, _word)
 
 BITS = 10
@@ -70,12 +65,25 @@ _lists = (ctypes.c_int64 * (1 << BITS))()
 _address_of_lists = ctypes.c_int64(ctypes.addressof(_lists))
 _lists_address = memory.variable("magmotor_tables_address")
 
-_empty = (ctypes.c_int64 * WORDS_OF_HEADER)(
-    *(0 if name in ("next", "kinds") else -1 for name in HEADER.names),
-    *(WORDS_OF_HEADER for _ in range(WORDS_OF_HEADER - STARTS)),
-)
+_checked = (ctypes.c_int64 * (1 << BITS))()
+_address_of_checked = ctypes.c_int64(ctypes.addressof(_checked))
+_checked_address = memory.variable("magmotor_checked_address")
+"""Which models have been checked: their addresses, combined with their fingerprints."""
+
+
+def _without_rows(kinds: int) -> Any:
+    """Return a table of a model on which nothing acts."""
+    names = {"next": 0, "kinds": kinds}
+    words = [names.get(name, -1) for name in HEADER.names]
+    words += [WORDS_OF_HEADER] * (WORDS_OF_HEADER - STARTS)
+    return (ctypes.c_int64 * WORDS_OF_HEADER)(*words)
+
+
+_empty, _unreadable = _without_rows(0), _without_rows(UNREADABLE)
 _address_of_empty = ctypes.c_int64(ctypes.addressof(_empty))
+_address_of_unreadable = ctypes.c_int64(ctypes.addressof(_unreadable))
 _empty_address = memory.variable("magmotor_empty_table_address")
+_unreadable_address = memory.variable("magmotor_unreadable_table_address")
 
 _WIDTHS = tuple(len(kind) for kind in SECTIONS)
 
@@ -97,7 +105,9 @@ def bind_others() -> None:
     valid_indices.bind()
     memory.bind_mujoco("mju_malloc")
     memory.bind_variable("magmotor_tables_address", _address_of_lists)
+    memory.bind_variable("magmotor_checked_address", _address_of_checked)
     memory.bind_variable("magmotor_empty_table_address", _address_of_empty)
+    memory.bind_variable("magmotor_unreadable_table_address", _address_of_unreadable)
     memory.bind_variable("magmotor_reader_address", _address)
     elements.bind()
 
@@ -120,42 +130,43 @@ def is_cached() -> bool:
 def compile_alone() -> None:
     """Compile the reader into Numba's cache, in a process that does nothing else."""
     memory.bind_unused(
+        "magmotor_checked_address",
         "magmotor_empty_table_address",
         "magmotor_invalid_index",
         "magmotor_load",
         "magmotor_loading_failed",
         "magmotor_read_elements_address",
         "magmotor_tables_address",
+        "magmotor_unreadable_table_address",
         "mju_malloc",
     )
     compiled(layout.current())
 
 
 @subroutine
-def table_of(model):
-    """Return the address of the table of a model, whose address is given."""
-    return _table_of((model,))
+def table_of(model, again):
+    """Return the address of the table of a model, whose address is given.
+
+    Its kinds are `UNREADABLE` if an index leads nowhere. All of them are checked where a model is
+    first seen at an address, and `again` if asked for, as at the start of a run.
+    """
+    return _table_of((model, again))
 
 
 @compiled_once(_FIND, error_model="numpy")
 def compiled(checksum: int, offsets: layout.Layout):
     """Define `table_of` for one layout of the structs."""
 
-    def word(name):
-        """Return which word of mjModel is a field."""
-        return getattr(offsets, name) // 8
-
-    sizes = np.array([word(name) for name in SIZES])
-    arrays = np.array(
-        [[word(array), word(count), 4] for array, count in INTEGERS]
-        + [[word(array), word(count), 1] for array, count in CHARACTERS]
-    )
-    names = np.array([[word(place), word(count)] for place, count in (*READ, ("names", "nnames"))])
-
-    def table_of(model):
+    def table_of(model, again):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
-        fingerprint = np.int64(fingerprint_of(m, sizes, arrays, names))
+        fingerprint = np.int64(fingerprint_of(m, offsets))
+        checked = memory.words(_checked_address() + 8 * memory.spread(model, BITS), 1)
+        if again or checked[0] != model ^ fingerprint:
+            if invalid_index(model, memory.details_on_stack()) >= 0:
+                checked[0] = 0
+                return _unreadable_address()
+            checked[0] = model ^ fingerprint
         first = _lists_address() + 8 * (fingerprint & ((1 << BITS) - 1))
         table = memory.load_shared(first)
         while table != 0 and header(table).fingerprint != fingerprint:
@@ -177,14 +188,8 @@ def compiled(checksum: int, offsets: layout.Layout):
 @subroutine
 def _read(m, offsets):
     """Return the address of a new table, or 0 if Ctrl-C ended the compilation of what reads it."""
-    found = memory.details_on_stack()
-    field = invalid_index(m.ctypes.data, found)
-    table = _allocate(8 * (WORDS_OF_HEADER if field >= 0 else _most_words(m, offsets)))
+    table = _allocate(8 * _most_words(m, offsets))
     clear(table)
-    if field >= 0:
-        header(table).kinds = UNREADABLE
-        refuse(table, True, errors.INDEX, field, memory.words(found, 1)[0])
-        return table
     kinds = marked_kinds(m, offsets)
     header(table).kinds, header(table).instance = kinds, plugin_instance(m, offsets)
     if kinds == WRONG:
@@ -238,7 +243,11 @@ def _find_error(checksum: int, offsets: layout.Layout):
         found = error_in(table)
         for k in range(errors.WORDS):
             error[k] = found[k]
-        if error[0] < 0 and kinds >= 0:
+        if header(table).kinds == UNREADABLE:
+            room = memory.details_on_stack()
+            field = invalid_index(model, room)
+            errors.set_error(error, errors.INDEX, field, memory.words(room, 1)[0])
+        elif error[0] < 0 and kinds >= 0:
             _check_numbers(error, table, m, offsets, kinds, thorough)
 
     return find_error

@@ -21,7 +21,7 @@ NAME, OWNER, WELD, MOVES, SCALE, ORIGIN, FRAME, COLUMNS = 0, 1, 2, 3, 4, 5, 8, 1
 of freedom of that; its scale, its origin and its axes."""
 
 
-@subroutine
+@subroutine(forceinline=True)
 def read_fields(rows, scale, table, m, d, offsets):
     """Write one row for each field, whose flux densities are over `scale`."""
     declared = fields(table)
@@ -30,7 +30,7 @@ def read_fields(rows, scale, table, m, d, offsets):
         rows[k, SCALE] /= scale
 
 
-@subroutine
+@subroutine(forceinline=True)
 def _read_field(row, declared, m, d, offsets):
     """Read the frame and the drive of a field."""
     row[:] = 0.0

@@ -8,7 +8,7 @@ from magmotor.mjcf.declarations.table import couplings
 from magmotor.numerics.subroutine import subroutine
 
 
-@subroutine
+@subroutine(forceinline=True)
 def read_couplings(rows, table, m, offsets):
     """Write one row for each coupling: two bodies and a factor."""
     declared = couplings(table)

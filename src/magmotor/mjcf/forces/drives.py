@@ -34,7 +34,7 @@ def bind() -> None:
     memory.bind_mujoco("mj_actuatorDisabled")
 
 
-@subroutine
+@subroutine(forceinline=True)
 def _drive(actuator, saturation, controlled, m, d, offsets):
     """Return an actuator's drive, after saturation; 0 if the actuator is disabled.
 
@@ -69,7 +69,7 @@ def _control(i, clamp, m, d, offsets):
     return u
 
 
-@subroutine
+@subroutine(forceinline=True)
 def are_controls_good(m, d, offsets):
     """Whether MuJoCo lets controls act: once clamped, none may be NaN or too large."""
     clamp = memory.integers(m.ctypes.data + offsets.disableflags, 1)[0] & DISABLE_CLAMP == 0
@@ -83,7 +83,7 @@ def are_controls_good(m, d, offsets):
     return True
 
 
-@subroutine
+@subroutine(forceinline=True)
 def read_drives(drives, table, m, d, offsets):
     """Write the drive of each coil."""
     found, controlled = coils(table), are_controls_good(m, d, offsets)
@@ -91,7 +91,7 @@ def read_drives(drives, table, m, d, offsets):
         drives[k] = drive_of(found[k], controlled, m, d, offsets)
 
 
-@subroutine
+@subroutine(forceinline=True)
 def drive_of(row, controlled, m, d, offsets):
     """Return the drive of a coil or a field, by a row of the table of the model."""
     saturation = element(row.element, m, offsets)[2]
@@ -102,11 +102,12 @@ def drive_of(row, controlled, m, d, offsets):
 def drives_checksum(table, m, d, offsets):
     """Return a positive number of 47 bits that changes with the drives of coils and fields."""
     total, controlled = np.uint64(0), are_controls_good(m, d, offsets)
-    for row in coils(table):
-        u = _drive(row.actuator, 0.0, controlled, m, d, offsets)
+    driven, applied = coils(table), fields(table)
+    for k in range(len(driven)):
+        u = _drive(driven[k].actuator, 0.0, controlled, m, d, offsets)
         total = (total ^ float_as_bits(u)) * memory.MULTIPLIER
-    for row in fields(table):
-        if row.actuator >= 0:
-            u = _drive(row.actuator, 0.0, controlled, m, d, offsets)
+    for k in range(len(applied)):
+        if applied[k].actuator >= 0:
+            u = _drive(applied[k].actuator, 0.0, controlled, m, d, offsets)
             total = (total ^ float_as_bits(u)) * memory.MULTIPLIER
     return np.int64(total >> np.uint64(17))

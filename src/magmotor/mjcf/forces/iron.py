@@ -28,14 +28,15 @@ BODY, WELD, MOVES, COLUMNS = 11, 12, 13, 14
 many columns there are."""
 
 
-@subroutine
+@subroutine(forceinline=True)
 def read_pieces(rows, scale, table, m, offsets):
     """Write one row for each piece that a field magnetizes; return their number.
 
     `scale` is that of moments.
     """
-    count = 0
-    for piece in pieces(table):
+    found, count = pieces(table), 0
+    for k in range(len(found)):
+        piece = found[k]
         numbers = numbers_of(piece.material, m, offsets)
         if numbers[0] != 0.0:
             row = rows[count]
@@ -50,13 +51,13 @@ def read_pieces(rows, scale, table, m, offsets):
     return count
 
 
-@subroutine
+@subroutine(forceinline=True)
 def read_mirror(table, m, d, offsets):
     """Return the mirror that a plane of iron is, or none."""
-    mirror = NO_MIRROR
-    for plane in planes(table):
-        susceptibility = numbers_of(plane.material, m, offsets)[0]
-        mirror = mirror_of(plane.geom, susceptibility, d, offsets)
+    found, mirror = planes(table), NO_MIRROR
+    for k in range(len(found)):
+        susceptibility = numbers_of(found[k].material, m, offsets)[0]
+        mirror = mirror_of(found[k].geom, susceptibility, d, offsets)
     return mirror
 
 

@@ -119,14 +119,14 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
 
     def stack_bytes(model):
         _ = checksum
-        m, table = memory.words(model, memory.UNBOUNDED), table_of(model)
+        m, table = memory.words(model, memory.UNBOUNDED), table_of(model, False)
         sizes = _sizes(table, acting_kinds(table, m, offsets))
         return 8 * _stack_words(sizes) + cluster_bytes(sizes.sites + sizes.pieces) + ALIGNMENT
 
     return stack_bytes
 
 
-@subroutine
+@subroutine(forceinline=True)
 def _room(d, sizes):
     """Return arrays on the stack of `mjData`, in the order of `_stack_words`."""
     boundary, columns = table_size(sizes.sites + sizes.pieces, sizes.couplings > 0)
@@ -145,7 +145,7 @@ def _room(d, sizes):
     return table, boundary, couplings, fields, pieces, iron, drives
 
 
-@subroutine
+@subroutine(forceinline=True)
 def read_dipoles(m, d, offsets, own, kinds):
     """Read dipoles and couplings only; the arguments are those of `read_state`."""
     sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
@@ -167,7 +167,8 @@ def read_state(m, d, offsets, own, kinds):
     table, boundary, couplings, fields, pieces, iron, drives = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
-    read_drives(drives, own, m, d, offsets)
+    if sizes.coils > 0:
+        read_drives(drives, own, m, d, offsets)
     mirror = NO_MIRROR
     if kinds & IRON:
         pieces = pieces[: read_pieces(pieces, scale, own, m, offsets)]

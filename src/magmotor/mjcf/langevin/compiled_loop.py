@@ -159,7 +159,7 @@ def _compute_forces(model, data, offsets, coefficients, force):
     applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
     for i in range(len(force)):
         force[i] = 0.0
-    place, table = memory.error_on_stack(), table_of(model)
+    place, table = memory.error_on_stack(), table_of(model, False)
     kinds = acting_kinds(table, memory.words(model, memory.UNBOUNDED), offsets)
     apply_forces(model, data, table, kinds, wrenches, force.ctypes.data, False, place)
     report(memory.words(place, WORDS), model, data)

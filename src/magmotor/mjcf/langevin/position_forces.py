@@ -96,7 +96,7 @@ def add_own_forces(model, data, offsets, tree, wrenches, generalized):
     wrenches[:] = 0.0
     xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
     applied = wrenches if tree.own_wrenches else xfrc
-    place, own, table = memory.error_on_stack(), applied.ctypes.data, table_of(model)
+    place, own, table = memory.error_on_stack(), applied.ctypes.data, table_of(model, False)
     apply_forces(model, data, table, tree.forces, own, generalized.ctypes.data, False, place)
     report(memory.words(place, WORDS), model, data)
     if tree.own_wrenches:
