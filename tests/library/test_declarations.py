@@ -112,6 +112,17 @@ def fresh(model):
     return mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": buffer.tobytes()})
 
 
+def assigned(array, index, value):
+    """Return a model whose forces were those of before, and are those of a new one with a value."""
+    model = compiled()
+    before = forces(model)
+    getattr(model, array)[index] = value
+    after = forces(model)
+    assert np.array_equal(after, forces(fresh(model)))
+    assert not np.array_equal(after, before)
+    return model
+
+
 def test_it_is_what_a_plain_reading_of_names_finds():
     model = compiled()
     number = {
@@ -166,12 +177,7 @@ def test_it_is_what_a_plain_reading_of_names_finds():
 )  # fmt: skip
 def test_numbers_are_followed(array, index, value):
     """A model whose numbers a program assigns is one that was compiled with them."""
-    model = compiled()
-    before = forces(model)
-    getattr(model, array)[index] = value
-    after = forces(model)
-    assert np.array_equal(after, forces(fresh(model)))
-    assert not np.array_equal(after, before)
+    model = assigned(array, index, value)
     tables = [declared.rows(each, of_table.MAGNETS) for each in (model, compiled())]
     assert np.array_equal(*tables)
 
@@ -181,12 +187,7 @@ def test_numbers_are_followed(array, index, value):
     [("site_bodyid", 4, 4), ("tuple_objid", 3, 4), ("geom_type", 1, 5), ("tuple_size", 4, 2)],
 )
 def test_a_structure_that_a_program_assigns_is_read_again(array, index, value):
-    model = compiled()
-    before = forces(model)
-    getattr(model, array)[index] = value
-    after = forces(model)
-    assert np.array_equal(after, forces(fresh(model)))
-    assert not np.array_equal(after, before)
+    assigned(array, index, value)
 
 
 def test_an_index_that_leads_nowhere_is_seen_in_a_later_step():

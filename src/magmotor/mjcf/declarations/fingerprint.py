@@ -78,9 +78,7 @@ def _least(place, count, bound):
 @subroutine(forceinline=True)
 def _integers(place, count, number):
     """Return the sum of some C ints, mixed; `number` is that of the array."""
-    words, total = memory.words(place, count // 2), np.uint64(0)
-    for k in range(len(words)):
-        total += _mixed(words[k], number << 40 | k)
+    total = _words(place, count // 2, number)
     if count % 2 == 1:
         total += _mixed(memory.integers(place, count)[count - 1], number << 40 | count)
     return total
@@ -89,13 +87,19 @@ def _integers(place, count, number):
 @subroutine(forceinline=True)
 def _characters(place, count, number):
     """Return the same of characters."""
-    words, total = memory.words(place, count // 8), np.uint64(0)
-    for k in range(len(words)):
-        total += _mixed(words[k], number << 40 | k)
     rest, last = memory.bytes_at(place, count), np.int64(0)
     for k in range(count // 8 * 8, count):
         last = last << 8 | np.int64(rest[k])
-    return total + _mixed(last, number << 40 | count)
+    return _words(place, count // 8, number) + _mixed(last, number << 40 | count)
+
+
+@subroutine(forceinline=True)
+def _words(place, count, number):
+    """Return the same of 64-bit words."""
+    words, total = memory.words(place, count), np.uint64(0)
+    for k in range(count):
+        total += _mixed(words[k], number << 40 | k)
+    return total
 
 
 @subroutine(forceinline=True)

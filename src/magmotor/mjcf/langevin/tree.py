@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import magmotor_plugin
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import NOISE
+from magmotor.mjcf.declared import has_plugin
 from magmotor.mjcf.langevin.contacts import may_touch
 from magmotor.mjcf.lookup import disabled
 
@@ -151,7 +151,7 @@ def read_tree(
         actuators=actuators,
         constraints=constraints,
         forces=acting_forces(model) & ~NOISE,
-        own_wrenches=bool((model.plugin == magmotor_plugin.register()).any()),
+        own_wrenches=has_plugin(model),
     )
 
 
