@@ -101,21 +101,21 @@ test-quick: .venv/dev-ready  ## tests of the library and the devices, in half th
 
 fuzz: .venv/dev-ready  ## hostile input to the public interface, damaged models; ARGS="--inputs 100000 --seed 7"
 	@echo "== fuzz: calls that crash, hang or raise an unexpected error are listed with their numbers"
-	@PYTHONPATH=tests $(PYTHON) -m fuzz $(ARGS)
+	@$(PYTHON) -m trials.fuzz $(ARGS)
 
 corpus: .venv/dev-ready .cache/corpus/ready  ## magnets and a temperature on 366 models of public packages
 	@echo "== corpus: adding magnets to other people's models, and checking forces and motion"
-	@PYTHONPATH=tests $(PYTHON) -m corpus .cache/corpus $(ARGS)
+	@$(PYTHON) -m trials.corpus .cache/corpus $(ARGS)
 	@echo "== corpus: giving them a temperature, and checking forces, friction, energy and temperature"
-	@PYTHONPATH=tests $(PYTHON) -m corpus.acceptance .cache/corpus $(ARGS)
+	@$(PYTHON) -m trials.corpus.acceptance .cache/corpus $(ARGS)
 	@echo "== corpus: asking pip which of the packages can be installed beside this one"
-	@PYTHONPATH=tests $(PYTHON) -m corpus.beside tests/corpus/requirements.txt
+	@$(PYTHON) -m trials.corpus.beside trials/corpus/requirements.txt
 
 promises: .venv/dev-ready .cache/corpus/ready  ## what mm.advise promises for these models, against plain steps; ARGS="--seed 1"
 	@echo "== promises: asking for advice on 40 models and judging it takes about ten minutes"
-	@PYTHONPATH=tests $(PYTHON) -m corpus.advice .cache/corpus --models 40 $(ARGS)
+	@$(PYTHON) -m trials.corpus.advice .cache/corpus --models 40 $(ARGS)
 	@echo "== promises: comparing limits of stability by theory with those that pushes find"
-	@PYTHONPATH=tests $(PYTHON) -m corpus.stability .cache/corpus --models 40 $(ARGS)
+	@$(PYTHON) -m trials.corpus.stability .cache/corpus --models 40 $(ARGS)
 
 lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layers
 	@echo "== lint: ruff check, ruff format --check, pyright, lint-imports"
@@ -126,7 +126,7 @@ lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layer
 
 torture: .venv/dev-ready  ## kill programs at random times and compare all bytes; ARGS="1000 --seed 5"
 	@echo "== torture: killing runs, ensembles, sweeps, workers and clusters for some minutes"
-	@$(PYTHON) tests/torture.py $(ARGS)
+	@$(PYTHON) -m trials.torture $(ARGS)
 
 bench: .venv/dev-ready  ## the speed tables; only some with ARGS="ensemble sweeps"
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
@@ -200,7 +200,7 @@ endef
 	$(call install,.venv-bench,d,-r $<,once: 2.2 GB and two minutes; 6 GB if PyPI has no torch without CUDA)
 
 # Only files of the packages are read, so conflicts among them do not matter.
-.cache/corpus/ready: tests/corpus/requirements.txt .venv/dev-ready
+.cache/corpus/ready: trials/corpus/requirements.txt .venv/dev-ready
 	@echo "== downloading the packages of the corpus (once: 1.1 GB and about a minute)"
 	@rm -rf .cache/corpus
 	@$(PYTHON) -m pip install -qq --no-deps --only-binary=:all: --ignore-requires-python --no-compile \

@@ -31,6 +31,7 @@ from benchmarks.peers import top_numpy, wrench
 from magmotor.common import style
 from magmotor.devices.top import ode as ball
 from magmotor.devices.top.device import TOP
+from trials.numpy_twin import apply_magnetism
 
 SCENE = mm.Top.paper(4)
 LARGEST_ERROR = 0.01
@@ -105,7 +106,7 @@ CHOSEN: dict[str, Callable[[float], Result]] = {
     "variational/baoab": partial(_in_reference, method="variational/baoab"),
     "mujoco/euler": partial(_in_mujoco, integrator=EULER),
     "mujoco/rk4": partial(_in_mujoco, integrator=RK4),
-    "mujoco/rk4, callback in NumPy": partial(_in_mujoco, integrator=RK4, apply=wrench.in_numpy()),
+    "mujoco/rk4, callback in NumPy": partial(_in_mujoco, integrator=RK4, apply=apply_magnetism),
     "mujoco/rk4, callback by magpylib": partial(
         _in_mujoco, integrator=RK4, apply=wrench.by_magpylib(SCENE)
     ),

@@ -1,8 +1,6 @@
-"""The magnetism callback in other implementations: in NumPy, and with magpylib."""
+"""The magnetism callback with magpylib."""
 
-import runpy
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import magpylib
@@ -10,13 +8,6 @@ import magpylib
 import magmotor as mm
 
 Callback = Callable[[Any, Any], None]
-TESTS = Path(__file__).parents[2] / "tests"
-
-
-def in_numpy() -> Callback:
-    """Return the NumPy implementation with which the tests compare the compiled callback."""
-    (twin,) = TESTS.rglob("numpy_twin.py")
-    return runpy.run_path(str(twin))["apply_magnetism"]
 
 
 def by_magpylib(scene: mm.Top) -> Callback:

@@ -11,6 +11,7 @@ from benchmarks.harness.stepping import Stepper
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
 from benchmarks.peers import wrench
+from trials.numpy_twin import apply_magnetism
 
 PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
 CALLS = 10_000
@@ -27,7 +28,7 @@ def main() -> None:
         call = ctypes.cast(mujoco.get_mjcb_control(), PROTOTYPE)
     calls = partial(_call_often, call, model._address, data._address, CALLS)
     twin, magpylib = (
-        partial(apply, model, data) for apply in (wrench.in_numpy(), wrench.by_magpylib(scene))
+        partial(apply, model, data) for apply in (apply_magnetism, wrench.by_magpylib(scene))
     )
     cases = {
         "callback": lambda: seconds_of(calls) / CALLS,

@@ -5,7 +5,6 @@ import os
 import zlib
 from typing import Any
 
-import checkpoint_files
 import numpy as np
 import pytest
 from every_method import EVERY_METHOD, short
@@ -14,6 +13,7 @@ import magmotor as mm
 from magmotor.device import checkpoint as checkpoints
 from magmotor.device import job as jobs
 from magmotor.run import simulate as simulation
+from trials import checkpoint_files
 
 QUIET = mm.Disk(noise=0.0)
 ENGINES = [

@@ -8,12 +8,12 @@ import mujoco.batch
 import mujoco.rollout
 import numpy as np
 import pytest
-from numpy_twin import apply_magnetism, potential_forces
 
 import magmotor as mm
 from magmotor import noise
 from magmotor.run import in_mujoco as mujoco_run
 from magmotor.run.in_mujoco import compose
+from trials.numpy_twin import apply_magnetism, potential_forces
 
 EULER = ("mujoco/euler", "variational/euler")
 PAPER: dict[str, Any] = {"timestep": 0.01, "duration": 50.0}

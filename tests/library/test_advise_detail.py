@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 import pytest
 from advised_models import Clock
-from corpus.models import digest
 
 import magmotor as mm
 from magmotor.advice import detail, features
@@ -19,6 +18,7 @@ from magmotor.advice.paths import Runs
 from magmotor.advice.quantities import read_quantity
 from magmotor.advice.report import table
 from magmotor.mjcf.lookup import disabled
+from trials.corpus.models import digest
 
 PENDULUM = f"""
 <mujoco>

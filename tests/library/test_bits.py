@@ -6,18 +6,6 @@ from pathlib import Path
 import llvmlite.binding as llvm
 import numpy as np
 import pytest
-from bits import (
-    CASES,
-    PROCESSORS,
-    QUICK,
-    RECORD,
-    SUMS,
-    checksums,
-    finish,
-    runs_here,
-    start,
-    versions,
-)
 from numba import njit
 from numba.core import config
 
@@ -34,6 +22,18 @@ from magmotor.numerics.simd import (
     minimum,
     total,
     where_less,
+)
+from trials.bits import (
+    CASES,
+    PROCESSORS,
+    QUICK,
+    RECORD,
+    SUMS,
+    checksums,
+    finish,
+    runs_here,
+    start,
+    versions,
 )
 
 
@@ -60,7 +60,7 @@ def test_the_bits_are_those_recorded(found):
     record = json.loads(RECORD.read_text())
     if record["versions"] != versions():
         pytest.skip("recorded with other versions")
-    assert found["this"] == record["checksums"]  # written by `python tests/bits.py --record`
+    assert found["this"] == record["checksums"]  # written by `python -m trials.bits --record`
 
 
 @njit

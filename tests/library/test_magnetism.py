@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from numba import types
 from numba.core.ccallback import CFunc
-from numpy_twin import apply_magnetism
 
 import magmotor as mm
 from magmotor.mjcf import callbacks, layout, messages
 from magmotor.numerics import numba_cache
+from trials.numpy_twin import apply_magnetism
 
 MARK = '<custom><text name="magmotor" data="dipoles couplings"/></custom>'
 

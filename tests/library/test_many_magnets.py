@@ -4,10 +4,10 @@ import mujoco
 import mujoco.rollout
 import numpy as np
 import pytest
-from numpy_twin import apply_magnetism
 
 import magmotor as mm
 from magmotor.mjcf.forces.magnetic_state import stack_bytes
+from trials.numpy_twin import apply_magnetism
 
 HEAD = '<custom><text name="magmotor" data="dipoles couplings"/></custom>'
 PLUGIN = '<extension><plugin plugin="magmotor.forces"><instance name="p"/></plugin></extension>'

@@ -5,9 +5,9 @@ from contextlib import nullcontext
 import mujoco
 import numpy as np
 import pytest
-from numpy_twin import potential_forces
 
 import magmotor as mm
+from trials.numpy_twin import potential_forces
 
 PLUGIN = (
     '<extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin></extension>'

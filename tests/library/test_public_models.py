@@ -9,8 +9,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from corpus import temperature
-from corpus.checks import examine, is_unchanged, worst_deviation
+
+from trials.corpus import temperature
+from trials.corpus.checks import examine, is_unchanged, worst_deviation
 
 DM_CONTROL = Path(getattr(find_spec("dm_control"), "origin", "")).parent
 MODELS = (

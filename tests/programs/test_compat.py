@@ -3,11 +3,11 @@
 import mujoco
 import numpy as np
 import pytest
-from numpy_twin import apply_magnetism
 
 import magmotor as mm
 from magmotor.common.environment import data_folder
 from magmotor.mjcf import layout
+from trials.numpy_twin import apply_magnetism
 
 MAJOR = int(mujoco.__version__.split(".")[0])
 LEAST_RK4_ORDER = 4 if MAJOR >= 4 else 2

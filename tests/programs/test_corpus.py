@@ -8,13 +8,13 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from corpus import beside
-from corpus.judgment import Judgment, along, judge, quantity_of
-from corpus.stability import agree, is_finite
 
 from magmotor.advice.stability import Limit
+from trials.corpus import beside
+from trials.corpus.judgment import Judgment, along, judge, quantity_of
+from trials.corpus.stability import agree, is_finite
 
-TESTS = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PENDULUM = """
 <mujoco>
   <worldbody>
@@ -56,11 +56,11 @@ def packages(tmp_path):
 
 def program(folder, before="", name="__main__", options=("--workers", "2")):
     """Exit code and output of a program, after some statements."""
-    code = f"import os, sys, time, corpus.processes, corpus.{name} as program"
+    code = f"import os, sys, time, trials.corpus.processes, trials.corpus.{name} as program"
     code = f"{code}\n{before}\nsys.exit(program.main())"
     done = subprocess.run(
         [sys.executable, "-c", code, str(folder), *options],
-        cwd=TESTS, capture_output=True, text=True, check=False, timeout=100,
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=100,
     )  # fmt: skip
     return done.returncode, done.stdout, done.stderr
 
@@ -80,10 +80,10 @@ def test_the_table_counts_each_kind_of_file(packages):
 @pytest.mark.parametrize(
     ("before", "complaint"),
     [
-        ("import corpus.checks; corpus.checks.BOUNDS['callback'] = 1e-18", "callback "),
+        ("import trials.corpus.checks as c; c.BOUNDS['callback'] = 1e-18", "callback "),
         ("program.examine = lambda *_, **__: os._exit(3)", "exit code 3"),
         (
-            "corpus.processes.LIMIT = 1; program.examine = lambda *_, **__: time.sleep(99)",
+            "trials.corpus.processes.LIMIT = 1; program.examine = lambda *_, **__: time.sleep(99)",
             "not done after 1 s",
         ),
     ],
@@ -240,7 +240,7 @@ def test_limits_that_are_infinite_both_are_counted_apart(packages):
 def test_the_table_of_packages_is_whole():
     """`make corpus` asks pip whether its rows are right."""
     rows = beside.rows_of(beside.PAGE.read_text())
-    requirements = TESTS / "corpus" / "requirements.txt"
+    requirements = ROOT / "trials" / "corpus" / "requirements.txt"
     names = [each.replace("==", " ") for each in beside.packages_of(requirements)]
     assert [*rows] == names
     for name, (mujoco_version, numpy_version, reason) in rows.items():

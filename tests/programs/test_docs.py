@@ -28,7 +28,7 @@ MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 
 PROGRAMS = [
     path.relative_to(ROOT).as_posix()
-    for folder in ("src", "paper", "scripts", "examples", "benchmarks", "tests")
+    for folder in ("src", "paper", "scripts", "examples", "benchmarks", "tests", "trials")
     for path in (ROOT / folder).rglob("*.py")
 ]
 

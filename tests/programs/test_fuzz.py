@@ -5,13 +5,13 @@ import sys
 import time
 
 import numpy as np
-from fuzz import judge, pool
-from fuzz.__main__ import fuzz, report
-from fuzz.binaries import mutations, try_binaries
-from fuzz.calls import Call, call
-from fuzz.targets import of_function, targets
 
 import magmotor as mm
+from trials.fuzz import judge, pool
+from trials.fuzz.__main__ import fuzz, report
+from trials.fuzz.binaries import mutations, try_binaries
+from trials.fuzz.calls import Call, call
+from trials.fuzz.targets import of_function, targets
 
 
 def test_500_inputs():

@@ -9,7 +9,13 @@ from pathlib import Path
 import pytest
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
-FOLDERS = {"benchmarks": "", "examples": "", "scripts": "", "tests": "argparse"}
+FOLDERS = {
+    "benchmarks": "",
+    "examples": "",
+    "scripts": "",
+    "tests": "argparse",
+    "trials": "argparse",
+}
 """Folders of programs, and the text that distinguishes those for users from helpers."""
 
 PROGRAMS = [

@@ -319,7 +319,7 @@ def test_the_sdist_contains_what_its_tests_need(built):
     texts = [path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py")]
     named = set(re.findall(r'ROOT / "([\w.]+)"', "".join(texts))) - {"out"}  # commands make this
     assert {".github", "docs", "models", "CITATION.cff", "Makefile"} <= named
-    for name in named | {"tests", "paper", "benchmarks", "LICENSE", "CHANGELOG.md"}:
+    for name in named | {"tests", "trials", "paper", "benchmarks", "LICENSE", "CHANGELOG.md"}:
         assert (source / name).exists(), name
 
 

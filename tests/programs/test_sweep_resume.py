@@ -492,7 +492,8 @@ def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkey
 
 TORTURE = [
     sys.executable,
-    str(TESTS / "torture.py"),
+    "-m",
+    "trials.torture",
     "9",
     "--only",
     "simulate",
@@ -516,7 +517,7 @@ def test_an_error_of_the_cluster_is_not_an_error_of_a_case(tmp_path):
 
 
 def test_a_few_rounds_of_torture():
-    ended = subprocess.run(TORTURE, capture_output=True, text=True, timeout=300)
+    ended = subprocess.run(TORTURE, cwd=TESTS.parent, capture_output=True, text=True, timeout=300)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     name, kills, _, lost, changed, failed = ended.stdout.splitlines()[-1].split()
     assert (name, lost, changed, failed) == ("all", "0", "0", "0")

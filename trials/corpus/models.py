@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from numpy_twin import apply_magnetism
 
 import magmotor  # noqa: F401  # registers the plugin
+from trials.numpy_twin import apply_magnetism
 
 MAGNETS = 8
 """Bodies with dipole sites in a model, of which each has one or two."""

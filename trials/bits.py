@@ -1,7 +1,7 @@
 """Checksums of runs by every kind of compiled code, and processors to compile it for.
 
-`python tests/bits.py --record` writes those of all processors to `bits.json`, if they agree;
-`python tests/bits.py [CASE ...]` prints those of this process as JSON.
+`python -m trials.bits --record` writes those of all processors to `bits.json`, if they agree;
+`python -m trials.bits [CASE ...]` prints those of this process as JSON.
 """
 
 import argparse
@@ -169,7 +169,8 @@ def start(processor: str, *names: str) -> subprocess.Popen:
     """
     target = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
     return subprocess.Popen(
-        [sys.executable, __file__, *names],
+        [sys.executable, "-m", "trials.bits", *names],
+        cwd=RECORD.parents[1],
         env={**os.environ, **PROCESSORS[processor], **target},
         stdout=subprocess.PIPE,
         text=True,

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from numpy_twin import apply_magnetism, potential_forces
+
+from trials.numpy_twin import apply_magnetism, potential_forces
 
 MODEL = """
 <mujoco>

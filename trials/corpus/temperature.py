@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 import magmotor as mm
-from corpus.models import Skipped, digest, opened, start
+from trials.corpus.models import Skipped, digest, opened, start
 
 FLAGS = ("contact", "actuation", "frictionloss", "equality", "limit", "spring", "damper")
 """Flags that are disabled if need be."""

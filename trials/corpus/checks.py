@@ -6,10 +6,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from numpy_twin import apply_magnetism
 
 import magmotor as mm
-from corpus.models import (
+from trials.corpus.models import (
     Skipped,
     can_move,
     digest,
@@ -19,6 +18,7 @@ from corpus.models import (
     opened,
     start,
 )
+from trials.numpy_twin import apply_magnetism
 
 STEPS = 20
 ROUNDING = 1e-12

@@ -1,6 +1,6 @@
 """Add magnets to the models of public packages, and check the forces, the motion and the rest.
 
-    PYTHONPATH=tests python -m corpus FOLDER [--seed SEED] [--workers WORKERS]
+    python -m trials.corpus FOLDER [--seed SEED] [--workers WORKERS]
 
 FOLDER is where pip installed the packages: `make corpus` does that, and runs this program. Any
 other folder with MJCF will do. The program prints a table of what was found, and a line for each
@@ -24,9 +24,9 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
-from corpus.checks import BOUNDS, ROUNDING, STEPS, Findings, examine  # noqa: E402
-from corpus.models import PLUGIN, packages  # noqa: E402
-from corpus.processes import examine_all  # noqa: E402
+from trials.corpus.checks import BOUNDS, ROUNDING, STEPS, Findings, examine  # noqa: E402
+from trials.corpus.models import PLUGIN, packages  # noqa: E402
+from trials.corpus.processes import examine_all  # noqa: E402
 
 COLUMNS = (
     "files", "compile", "move", "distinct", "refused", "changed", "callback", "plugin", "third law",

@@ -1,6 +1,6 @@
 """Give a temperature to the models of public packages: how many have one, and is it right?
 
-    PYTHONPATH=tests python -m corpus.acceptance FOLDER [--seed SEED] [--workers WORKERS]
+    python -m trials.corpus.acceptance FOLDER [--seed SEED] [--workers WORKERS]
 
 As `python -m corpus` does for magnets, the program prints a table of how many models `mm.Langevin`
 takes, and with which flags disabled, and what was found on those, and a line for each model on
@@ -24,9 +24,9 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
-from corpus.models import packages  # noqa: E402
-from corpus.processes import examine_all  # noqa: E402
-from corpus.temperature import BOUNDS, Findings, examine  # noqa: E402
+from trials.corpus.models import packages  # noqa: E402
+from trials.corpus.processes import examine_all  # noqa: E402
+from trials.corpus.temperature import BOUNDS, Findings, examine  # noqa: E402
 
 HINGE = """
 <mujoco><worldbody><body><joint damping="1"/><geom size="0.1"/></body></worldbody></mujoco>

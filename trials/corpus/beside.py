@@ -1,6 +1,6 @@
 """Which public packages can be installed beside magmotor, and with which MuJoCo.
 
-    PYTHONPATH=tests python -m corpus.beside tests/corpus/requirements.txt [--only NAME]
+    python -m trials.corpus.beside trials/corpus/requirements.txt [--only NAME]
 
 For each package, pip searches for versions of everything that both require, without installing
 them. The program prints a table. Its exit code is 1 if the documentation's table (docs/install.md)

@@ -1,6 +1,6 @@
 """Compare limits of stability by theory with those found by runs, on models of public packages.
 
-    PYTHONPATH=tests python -m corpus.stability FOLDER [--seed SEED] [--models N]
+    python -m trials.corpus.stability FOLDER [--seed SEED] [--models N]
 
 The program takes N distinct models in which no constraint acts at rest, and without muscles and
 limited activations, so that a step is smooth there. It prints a line for each: the two limits for
@@ -18,10 +18,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from corpus.advice import started
-from corpus.models import Skipped, digest, opened, packages
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs, quiet
 from magmotor.advice.stability import Limit, Rest, find_rest, stability_limit
+from trials.corpus.advice import started
+from trials.corpus.models import Skipped, digest, opened, packages
 
 LARGEST, SETTLING, MEASURING = 40, 4.0, 30.0
 """Largest number of degrees of freedom, and times in s to find rest and limits."""

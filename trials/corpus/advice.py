@@ -1,6 +1,6 @@
 """Ask for advice on the models of public packages: does the error that it promises hold?
 
-    PYTHONPATH=tests python -m corpus.advice FOLDER [--seed SEED] [--models N] [--workers WORKERS]
+    python -m trials.corpus.advice FOLDER [--seed SEED] [--models N] [--workers WORKERS]
         [--whole]
 
 The program takes N of the distinct models, a quarter of them with magnets, and starts each from its
@@ -30,9 +30,9 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
-from corpus import models  # noqa: E402
-from corpus.judgment import Judgment, judge, movable, quantity_of  # noqa: E402
-from corpus.processes import examine_all  # noqa: E402
+from trials.corpus import models  # noqa: E402
+from trials.corpus.judgment import Judgment, judge, movable, quantity_of  # noqa: E402
+from trials.corpus.processes import examine_all  # noqa: E402
 
 ERRORS, DURATIONS, SPEEDS = (0.1, 0.01, 1e-3), (0.3, 1.0, 3.0), (0.1, 0.5, 2.0)
 """What is asked for: relative errors and durations in s; standard deviations of the random

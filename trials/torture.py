@@ -1,6 +1,6 @@
 """Kill programs at random times, let the same command resume, and compare all bytes at the end.
 
-    python tests/torture.py [KILLS] [--seed SEED] [--only KIND ...] [--folder FOLDER]
+    python -m trials.torture [KILLS] [--seed SEED] [--only KIND ...] [--folder FOLDER]
 
 The victims are runs and ensembles with checkpoints, drivers of sweeps, their worker processes, and
 driver, worker and scheduler of a Dask cluster. Most kills are SIGKILL, some SIGTERM, SIGINT, or two
@@ -37,13 +37,13 @@ for name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
 
 import numpy as np  # noqa: E402
 import tqdm  # noqa: E402
-from checkpoint_files import parsed  # noqa: E402
 
 import magmotor as mm  # noqa: E402
 from magmotor.device import checkpoint as checkpoints  # noqa: E402
 from magmotor.device import job as jobs  # noqa: E402
 from magmotor.devices.disk.ensemble import run as ensembles  # noqa: E402
 from magmotor.sweep.compute import netcdf  # noqa: E402
+from trials.checkpoint_files import parsed  # noqa: E402
 
 tqdm.tqdm.monitor_interval = 0  # which would be a thread
 

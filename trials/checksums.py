@@ -1,6 +1,6 @@
 """Checksums of all results and pictures, to verify that a change leaves them the same.
 
-`python tests/checksums.py FILE` writes them as JSON; with `--against BEFORE` it names those that
+`python -m trials.checksums FILE` writes them as JSON; with `--against BEFORE` it names those that
 differ from another file's, and fails if there are any. It takes some minutes: every method of every
 scene, ensembles, sweeps, the scenes' MJCF, the programs' files, the paper's figures.
 """
