@@ -30,6 +30,7 @@ from magmotor.device import (
     ENERGY_GREW,
     LARGEST_ERROR,
     LARGEST_FLUCTUATION,
+    ArgumentError,
     Column,
     Device,
     Fault,
@@ -48,7 +49,6 @@ from magmotor.device import (
     initial_row,
     quantity,
     register,
-    reject,
     userdata,
 )
 
@@ -267,7 +267,7 @@ class RotorDevice(Device[Rotor, RotorStates]):
             check_integer("replicas", replicas, at_least=1)
             if scene.kT == 0:
                 sentence = "must be None: without noise (kT = 0) all replicas are the same"
-                raise reject("replicas", replicas, sentence)
+                raise ArgumentError("replicas", replicas, sentence)
         if not allow_unstable:
             check_step_limit(scene, method, timestep)
 

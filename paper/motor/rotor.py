@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.checks import check_array, check_integer, check_number, reject
+from magmotor.common.checks import check_array, check_integer, check_number
+from magmotor.common.exceptions import ArgumentError
 
 WINDOW = 100.0
 """In s, over which a rate is measured."""
@@ -58,7 +59,9 @@ def rotor(
     check_integer("replicas", replicas, at_least=1)
     spans = np.diff(check_array("times", times, "times")) / memory
     if spans.min(initial=math.inf) <= 0:
-        raise reject("smallest step of times", memory * spans.min(), "must be greater than 0 s")
+        raise ArgumentError(
+            "smallest step of times", memory * spans.min(), "must be greater than 0 s"
+        )
     generator = np.random.default_rng(seed)
     kept = np.exp(-spans)
     kicks = np.sqrt(-np.expm1(-2 * spans)) * generator.normal(size=(replicas, len(spans)))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common import style
-from magmotor.device.exceptions import SimulationStopped
+from magmotor.device.stops import SimulationStopped
 from magmotor.devices.top.lift import Lift, critical_height, largest_lift, lift_map
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array
+from magmotor.common.exceptions import InputError
 from magmotor.common.hints import Points
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.simd import (
@@ -230,7 +231,7 @@ def pack_sources(positions: ArrayLike, moments: ArrayLike) -> Packed:
     positions = _vectors("positions", positions)
     moments = _vectors("moments", moments)
     if positions.ndim != 2 or positions.shape != moments.shape:
-        raise ValueError(
+        raise InputError(
             f"positions and moments have shapes {positions.shape} and {moments.shape}:"
             " both must be (N, 3)"
         )
@@ -267,7 +268,7 @@ def _evaluate(position, moment, sources, name):
         first = np.flatnonzero(out[:, 6])[0]
         separation = sources[:3, sources[6] != NOBODY].T - targets[first, :3]
         distance = np.linalg.norm(separation, axis=1)
-        raise ValueError(
+        raise InputError(
             f"{name} {first} coincides with dipole {distance.argmin()}"
             f" (the distance is {distance.min():.3g} m and must be at least {COINCIDENCE:g} m)"
         )

@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.checks import check_integer, check_number, reject
+from magmotor.common.checks import check_integer, check_number
 from magmotor.common.environment import physical_memory
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import check_fields, fields_in
 from magmotor.numerics.elementary import (
     bits_as_float,
@@ -222,10 +223,10 @@ class BrownianPath:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         if self.level and self.factor > 1:
-            raise reject("factor", self.factor, "must be 1 if the level is not 0")
+            raise ArgumentError("factor", self.factor, "must be 1 if the level is not 0")
         if self._is_held and (self.factor > 1 or self.level):
             sentence = "must be 1, without a window, if the path is coarsened or refined"
-            raise reject("hold", self.hold, sentence)
+            raise ArgumentError("hold", self.hold, sentence)
 
     @property
     def _is_held(self) -> bool:
@@ -280,7 +281,9 @@ class BrownianPath:
         [-0.152, -0.152, -0.152, -0.152, 0.141, 0.141, 0.141, 0.141]
         """
         if self._is_held:
-            raise reject("steps", steps, "must not be given twice: this path is held already")
+            raise ArgumentError(
+                "steps", steps, "must not be given twice: this path is held already"
+            )
         steps = check_integer("steps", steps, at_least=1, at_most=COARSEST)
         return replace(self, hold=steps, window=window)
 
@@ -297,12 +300,14 @@ class BrownianPath:
         factor = check_integer("factor", factor, at_least=1, at_most=max(COARSEST, 2**FINEST))
         if self._is_held:
             if self.hold % factor:
-                raise reject("factor", factor, f"must divide the hold, {self.hold} timesteps")
+                raise ArgumentError(
+                    "factor", factor, f"must divide the hold, {self.hold} timesteps"
+                )
             return replace(self, timestep=factor * self.timestep, hold=self.hold // factor)
         halvings = factor.bit_length() - 1
         if self.level and (factor != 1 << halvings or halvings > self.level):
             sentence = f"must be a power of 2 up to 2^{self.level} for this refined path"
-            raise reject("factor", factor, sentence)
+            raise ArgumentError("factor", factor, sentence)
         if self.level:
             return replace(self, timestep=factor * self.timestep, level=self.level - halvings)
         return replace(self, timestep=factor * self.timestep, factor=self.factor * factor)
@@ -323,7 +328,7 @@ class BrownianPath:
         if self.factor == 1:
             return replace(self, timestep=timestep, level=self.level + halvings)
         if self.factor % 2**halvings:
-            raise reject("halvings", halvings, f"2^halvings must divide {self.factor}")
+            raise ArgumentError("halvings", halvings, f"2^halvings must divide {self.factor}")
         return replace(self, timestep=timestep, factor=self.factor >> halvings)
 
     def increments(
@@ -343,10 +348,12 @@ class BrownianPath:
         replica = check_integer("replica", replica, at_least=0, at_most=LARGEST_SEED - 1)
         channel = check_integer("channel", channel, at_least=0, at_most=BRIDGES - 1)
         if 8 * steps > physical_memory():
-            raise reject("steps", steps, "the increments do not fit in memory")
+            raise ArgumentError("steps", steps, "the increments do not fit in memory")
         if (first + steps) * self.factor > LARGEST_STEP:
             last = LARGEST_STEP // self.factor - steps
-            raise reject("first", first, f"must be at most {last} for {steps} steps of this path")
+            raise ArgumentError(
+                "first", first, f"must be at most {last} for {steps} steps of this path"
+            )
         out = np.empty(steps)
         size = max(1, PIECE // (self.factor + self.level))
         for start in range(0, steps, size):
@@ -381,5 +388,5 @@ def check_seed(seed: int) -> int:
     """
     number = check_integer("seed", seed, at_least=0)
     if number >= LARGEST_SEED:
-        raise reject("seed", seed, f"must be less than 2^53 = {LARGEST_SEED}")
+        raise ArgumentError("seed", seed, f"must be less than 2^53 = {LARGEST_SEED}")
     return number

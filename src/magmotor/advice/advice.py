@@ -11,7 +11,7 @@ from magmotor.advice.stability import Limit
 from magmotor.advice.statistics import Certain, Statistic
 from magmotor.common import style
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Dpi, Picture
 
 
@@ -120,5 +120,5 @@ class Advice:
         from magmotor.advice.picture import draw
 
         if not self.points:
-            raise reject("points", self.points, "must be measured before they are drawn")
+            raise ArgumentError("points", self.points, "must be measured before they are drawn")
         draw(self, Path(path), dpi)

@@ -20,7 +20,7 @@ from magmotor.advice.survey import Survey
 from magmotor.advice.thermal import Thermal
 from magmotor.common import style
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Picture, fraction, number
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import UNMARKED
@@ -159,9 +159,9 @@ def survey(
         Whether other settings of the solver may be recommended, too.
     """
     if detail and kT is not None:
-        raise reject("detail", detail, "must be False at a temperature")
+        raise ArgumentError("detail", detail, "must be False at a temperature")
     if not model.nv:
-        raise reject(
+        raise ArgumentError(
             "nv of the model", model.nv, "must be at least 1: nothing moves without joints"
         )
     runs = Runs(model, data)
@@ -169,10 +169,10 @@ def survey(
     duration = max(USUAL, least) if duration is None else duration
     if duration < least:
         bound = f"must be at least {least:g} s, {LEAST} timesteps of the model"
-        raise reject("duration", duration, bound)
+        raise ArgumentError("duration", duration, bound)
     if duration > MOST * runs.timestep:
         bound = f"must be at most {MOST * runs.timestep:g} s, {MOST} timesteps of the model"
-        raise reject("duration", duration, bound)
+        raise ArgumentError("duration", duration, bound)
     read = read_quantity(runs.model, runs.workspace(), quantity)
     advice = Advice(read.name, error, duration, every_element, notes=own_units(model))
     if kT is None and not is_open() and acting_forces(model) & ~UNMARKED:

@@ -11,7 +11,8 @@ import numpy as np
 
 from magmotor.advice.silence import quiet
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.forces.brownian_wrenches import FACTOR, LEVEL, PATH_NUMBERS
@@ -83,7 +84,7 @@ class Runs:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData | None = None):
         self.timestep = check_number("timestep of the model", model.opt.timestep, above=0)
         if data is not None and _sizes(data) != _sizes(mujoco.MjData(model)):
-            raise reject("data", "MjData", "must belong to the model")
+            raise ArgumentError("data", "MjData", "must belong to the model")
         self.model = copy.copy(model)
         self.integrator = next(
             name for name, kind in INTEGRATORS.items() if kind == model.opt.integrator
@@ -93,7 +94,7 @@ class Runs:
         self.noisy = has_noise(model)
         if self.noisy and model.nuserdata < PATH_NUMBERS:
             bound = f"must be at least {PATH_NUMBERS}, to follow one Brownian path at all timesteps"
-            raise reject("nuserdata of the model", model.nuserdata, bound)
+            raise ArgumentError("nuserdata of the model", model.nuserdata, bound)
         self._bad = self.data.warning.number[_BAD]
         self.start = np.empty(mujoco.mj_stateSize(model, STATE))
         source = mujoco.MjData(model) if data is None else data

@@ -9,7 +9,8 @@ import numpy as np
 
 from magmotor.advice.paths import RECORD, OutOfTime
 from magmotor.common.arrays import Array, Integers
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.lookup import given_name, label, number_of
 
@@ -83,7 +84,7 @@ class Quantity:
             self.compute(model, data)
             rows.append(np.array(self.of(model, data), float).ravel())
             if len(rows[-1]) != len(rows[0]):
-                raise reject(
+                raise ArgumentError(
                     f"quantity {self.name}", rows[-1], "must always be the same number of values"
                 )
         return np.array(rows)
@@ -151,10 +152,10 @@ def read_quantity(model: mujoco.MjModel, data: mujoco.MjData, quantity: str | Fu
         if kind not in _VALUES or not name:
             kinds = ", ".join(f"'{kind} NAME'" for kind in _VALUES)
             sentence = f"must be '{POSITIONS}', '{ENERGY}', {kinds}, or a function"
-            raise reject("quantity", quantity, f"{sentence} of a model and its data")
+            raise ArgumentError("quantity", quantity, f"{sentence} of a model and its data")
         names = _names(model, kind)
         if not names:
-            raise reject("quantity", quantity, f"the model has no {kind} with a name")
+            raise ArgumentError("quantity", quantity, f"the model has no {kind} with a name")
         check_choice(f"{kind} of the quantity", name, names)
         value, number = _VALUES[kind], number_of(model, kind, name)
         least = 0.0 if kind == "sensor" else size
@@ -215,7 +216,7 @@ def _guarded(name: str, function: Function) -> Function:
             with np.errstate(all="ignore"):
                 return function(model, data)
         except ArithmeticError as error:
-            raise reject("quantity", name, f"fails: {error}") from error
+            raise ArgumentError("quantity", name, f"fails: {error}") from error
 
     return guarded
 
@@ -235,7 +236,9 @@ def _check(quantity: Quantity, model: mujoco.MjModel, data: mujoco.MjData) -> in
     except (TypeError, ValueError):
         numbers = np.empty(0)
     if not numbers.size or not np.isfinite(numbers).all():
-        raise reject(f"quantity {quantity.name}", value, "must be finite numbers, at least one")
+        raise ArgumentError(
+            f"quantity {quantity.name}", value, "must be finite numbers, at least one"
+        )
     return numbers.size
 
 

@@ -20,7 +20,7 @@ from magmotor.advice.report import percent
 from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics import errors
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.idle import listed
 
 PERTURBATION = 1e-7
@@ -135,7 +135,7 @@ class Survey:
                 break
         if m.moved < REST:
             sentence = "does not change along the path: the model is at rest, and nothing moves it"
-            raise reject("quantity", self._advice.quantity, sentence)
+            raise ArgumentError("quantity", self._advice.quantity, sentence)
 
     def _judge(self, truth: Reference) -> tuple[int, Array]:
         """Return the tick up to which errors count, and what they are relative to.
@@ -145,10 +145,10 @@ class Survey:
         m, advice = self._measurement, self._advice
         values = truth.path.values
         if not np.isfinite(values).all():
-            raise reject("quantity", advice.quantity, "is not finite along the path")
+            raise ArgumentError("quantity", advice.quantity, "is not finite along the path")
         if not m.quantity.changes(values):
             sentence = "does not change along the path; give a state that moves it, or another one"
-            raise reject("quantity", advice.quantity, sentence)
+            raise ArgumentError("quantity", advice.quantity, sentence)
         ranges = m.quantity.ranges(values)
         doubts = self._doubts(truth, ranges)
         enough, last = TRUSTED * advice.error, len(values) - 1

@@ -14,7 +14,7 @@ from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
 from magmotor.advice.quantities import KINETIC, Quantity
 from magmotor.advice.statistics import FINE, REPLICAS, Ensemble, errors
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.langevin import Langevin, LangevinDiverged
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import LANGEVIN
@@ -63,7 +63,7 @@ class Thermal:
         budget: float, show: Callable[[str], object],
     ):  # fmt: skip
         if runs.noisy:
-            raise reject("kT", kT, "must be omitted, since the model has noise of its own")
+            raise ArgumentError("kT", kT, "must be omitted, since the model has noise of its own")
         self._runs, self._quantity, self._kT = runs, quantity, kT
         self._advice, self._budget, self._show = advice, budget, show
         self._until = time.perf_counter() + budget

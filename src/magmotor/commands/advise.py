@@ -18,7 +18,8 @@ from magmotor.commands.output import make_folder, written_whole
 from magmotor.commands.parsing import parse_options
 from magmotor.commands.picture_options import check_as
 from magmotor.common import style
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.hints import Dpi, Picture
 from magmotor.mjcf.checking.check import check
 from magmotor.mjcf.magnetism import magnetism
@@ -106,7 +107,7 @@ def report(options: Options) -> None:
     except ValueError as error:
         if AT_REST in str(error):
             moving = ", ".join(options_that_move(model))
-            raise ValueError(f"{error}; options that set it in motion: {moving}") from error
+            raise InputError(f"{error}; options that set it in motion: {moving}") from error
         raise
     if options.picture is not None and advice.points:
         with written_whole(options.picture) as part:
@@ -143,9 +144,13 @@ def actuate(model: mujoco.MjModel, data: mujoco.MjData, control: tuple[float, ..
     if not control:
         return
     if model.nu == 0:
-        raise reject("control", control, "must be left out, since the model has no actuators")
+        raise ArgumentError(
+            "control", control, "must be left out, since the model has no actuators"
+        )
     if len(control) not in (1, model.nu):
-        raise reject("control", control, f"must be one number, or {model.nu}, one per actuator")
+        raise ArgumentError(
+            "control", control, f"must be one number, or {model.nu}, one per actuator"
+        )
     most = mujoco.mjMAXVAL
     data.ctrl[:] = [check_number("control", u, above=-most, below=most) for u in control]
 

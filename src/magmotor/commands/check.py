@@ -14,7 +14,7 @@ import tyro
 from magmotor.commands.model_file import answer, ignore_idle, is_dropped, read
 from magmotor.commands.output import writes, written_whole
 from magmotor.commands.parsing import parse_options
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.checking.check import NOTE, check, examined
 
 FOUND = 1
@@ -60,9 +60,9 @@ def report(options: Options) -> None:
 def write_fixed(path: Path, data: mujoco.MjData, target: Path) -> None:
     """Write the model of an MJCF file with the settings that `check` proposes."""
     if target.suffix.lower() != ".xml":
-        raise reject("fix", str(target), "must end in .xml")
+        raise ArgumentError("fix", str(target), "must end in .xml")
     if path.suffix.lower() == ".mjb":
-        raise reject("path", str(path), "must be an MJCF file, to be fixed")
+        raise ArgumentError("path", str(path), "must be an MJCF file, to be fixed")
     spec: Any = mujoco.MjSpec.from_file(cast(Any, os.fsencode(path)))  # which need not be UTF-8
     check(spec, data, fix=True)
     here, there = path.parent.resolve(), target.parent.resolve()

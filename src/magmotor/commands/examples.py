@@ -14,8 +14,9 @@ import sys
 from pathlib import Path
 
 from magmotor.commands.output import MISTAKE, fail, write_verbatim
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
 from magmotor.common.environment import data_folder
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.optional import extra
 
 VERBS = {"list": 0, "show": 1, "run": sys.maxsize, "copy": 1}
@@ -34,7 +35,7 @@ def main() -> None:
     try:
         check_choice("verb", verb, tuple(VERBS))
         if surplus := rest[VERBS[verb] :]:
-            raise ValueError(f"{verb} takes no argument {surplus[0]!r}")
+            raise InputError(f"{verb} takes no argument {surplus[0]!r}")
         if verb == "list":
             print(*(f"{name:20} {purpose(path)}" for name, path in found.items()), sep="\n")
             return
@@ -59,7 +60,7 @@ def copy(name: str = "") -> None:
     """Copy the programs and their models to a new folder."""
     folder = Path(name)
     if not name or folder.exists():
-        raise reject("folder", name, "must be the path of a new folder")
+        raise ArgumentError("folder", name, "must be the path of a new folder")
     shutil.copytree(data_folder("examples"), folder, ignore=shutil.ignore_patterns("__pycache__"))
     print(f"copied the examples to {folder}")
 

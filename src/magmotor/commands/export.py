@@ -19,7 +19,7 @@ import tyro
 import magmotor as mm
 from magmotor.commands.output import MISTAKE, fail, read_netcdf, written_whole
 from magmotor.commands.scene_options import parse
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.run.scene_file import toml_of
 
 ORDER = [
@@ -91,15 +91,17 @@ def export_dataset(options: RunOptions) -> None:
     is_table = options.path.suffix.lower() not in SCENE_FILES
     if options.path.suffix.lower() not in (*TABLE_FILES, *SCENE_FILES):
         sentence = "must end in .csv or .parquet for a table, in .xml or .toml for the scene"
-        raise reject("path", str(options.path), sentence)
+        raise ArgumentError("path", str(options.path), sentence)
     if is_table:
         check_table_file(options.path)
     elif options.rows is not None:
-        raise reject("rows", options.rows, "must be left out, since a scene is not a table")
+        raise ArgumentError("rows", options.rows, "must be left out, since a scene is not a table")
     data = read_netcdf(options.dataset)
     if not is_table:
         if "sweep" in data.attrs:
-            raise reject("dataset", str(options.dataset), "must have one scene, unlike a sweep")
+            raise ArgumentError(
+                "dataset", str(options.dataset), "must have one scene, unlike a sweep"
+            )
         export_scene(mm.scene_of(data), options.path)
         return
     table = to_table(data, rows=None if options.rows is None else options.rows.split(","))
@@ -111,7 +113,7 @@ def export_dataset(options: RunOptions) -> None:
 
 def export_scene(scene: Any, path: Path) -> None:
     if path.suffix.lower() not in SCENE_FILES:
-        raise reject("path", str(path), "must end in .xml or .toml")
+        raise ArgumentError("path", str(path), "must end in .xml or .toml")
     text = toml_of(scene) if path.suffix.lower() == ".toml" else mjcf_of(scene)
     with written_whole(path) as part:
         part.write_text(text, encoding="utf-8", newline="\n")

@@ -14,7 +14,8 @@ import mujoco
 import magmotor_plugin
 from magmotor.advice.silence import quiet
 from magmotor.commands.output import MISTAKE, fail, report, warn_in_one_line
-from magmotor.common.checks import SHOWN, did_you_mean, reject
+from magmotor.common.checks import did_you_mean
+from magmotor.common.exceptions import SHOWN, ArgumentError, InputError
 from magmotor.mjcf.lookup import decoded, given_name
 
 PLUGINS = [name.decode() for name in magmotor_plugin.NAMES]
@@ -34,16 +35,16 @@ def load(path: Path) -> mujoco.MjModel:
         regular = stat.S_ISREG(path.stat().st_mode)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise ValueError(f"cannot read {shown(path)}: {reason}") from None
+        raise InputError(f"cannot read {shown(path)}: {reason}") from None
     if not regular:
-        raise reject("path", str(path), "must be a file, not a folder, pipe or device")
+        raise ArgumentError("path", str(path), "must be a file, not a folder, pipe or device")
     name: Any = os.fsencode(path)  # which need not be UTF-8
     if path.suffix.lower() != ".mjb":
         try:
             model = mujoco.MjModel.from_xml_path(name)
         except ValueError as error:
             said = decoded(error.object) if isinstance(error, UnicodeDecodeError) else str(error)
-            raise ValueError(f"cannot load {shown(path)}: {in_words(said)}") from None
+            raise InputError(f"cannot load {shown(path)}: {in_words(said)}") from None
         if is_dropped(path, model):
             warnings.warn(f"{shown(path)}: {DROPPED}", stacklevel=2)
         return model
@@ -52,7 +53,7 @@ def load(path: Path) -> mujoco.MjModel:
             return mujoco.MjModel.from_binary_path(name)
         except ValueError:
             sentence = f"must be a model that MuJoCo {mujoco.__version__} has compiled"
-            raise reject("path", str(path), sentence) from None
+            raise ArgumentError("path", str(path), sentence) from None
 
 
 def is_dropped(path: Path, model: mujoco.MjModel) -> bool:
@@ -101,7 +102,7 @@ def read(path: Path, keyframe: str = "") -> tuple[mujoco.MjModel, mujoco.MjData]
         names = [given_name(model, "key", k) for k in range(model.nkey)]
         if keyframe not in names:
             known = ", ".join(names) or "none"
-            raise ValueError(f"keyframe = {keyframe!r}: must be one of the model's: {known}")
+            raise InputError(f"keyframe = {keyframe!r}: must be one of the model's: {known}")
         mujoco.mj_resetDataKeyframe(model, data, names.index(keyframe))
     return model, data
 

@@ -32,7 +32,8 @@ from magmotor.commands.output import (
 )
 from magmotor.commands.picture_options import PictureOptions
 from magmotor.commands.scene_options import parse
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import STILLS
 from magmotor.devices.motor.flights import CORE
 from magmotor.numerics.compilation_notice import COMPILATION
@@ -125,9 +126,11 @@ def check(options: Options | FlightOptions) -> None:
     if options.still:
         moment, path = options.still
         if not 0 <= moment <= options.duration:
-            raise reject("still", moment, f"must be within the run: 0 to {options.duration:g} s")
+            raise ArgumentError(
+                "still", moment, f"must be within the run: 0 to {options.duration:g} s"
+            )
         if path.suffix.lower() not in STILLS:
-            raise reject("still", str(path), f"must end in {' or '.join(STILLS)}")
+            raise ArgumentError("still", str(path), f"must end in {' or '.join(STILLS)}")
         make_folder(path.parent)
     make_folder(options.out)
 

@@ -11,7 +11,8 @@ import tyro
 import magmotor as mm
 from magmotor.commands.output import MISTAKE, fail, is_help_asked
 from magmotor.commands.parsing import one_line_errors, parse_options
-from magmotor.common.checks import check_choice, did_you_mean, reject
+from magmotor.common.checks import check_choice, did_you_mean
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.device.quantities import is_quantity
 from magmotor.devices.motor.scene import PAPER as RUNS
 
@@ -110,10 +111,10 @@ def check_kind(arguments: Sequence[str], kinds: Sequence[str], allowed: str) -> 
     listed = f"{', '.join(others)} or {last}"
     known = f"the first argument must be {allowed or listed}"
     if not first or first.startswith("-"):
-        raise ValueError(f"{known}; see {sys.argv[0]} --help")
+        raise InputError(f"{known}; see {sys.argv[0]} --help")
     scene = [kind for kind in kinds if kind in KINDS]
     file = f"; a scene's file needs its kind: {scene[0]} --scene {first}" if scene else ""
-    raise ValueError(
+    raise InputError(
         f"{first!r}{did_you_mean(first, kinds)}: {known}{file * first.lower().endswith('.toml')}"
     )
 
@@ -144,7 +145,9 @@ def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) 
         given = tyro.cli(origin, args=first, return_unknown_args=True, add_help=False)[0]
     if given.scene is not None:
         if any(argument.partition("=")[0] == "--preset" for argument in arguments):
-            raise reject("preset", given.preset, "cannot be given with --scene, which is a file")
+            raise ArgumentError(
+                "preset", given.preset, "cannot be given with --scene, which is a file"
+            )
         base = _scene_in(given.scene, KINDS[kind])
     elif presets is not None:
         check_choice("preset", given.preset, tuple(presets.scenes))
@@ -173,9 +176,9 @@ def _scene_in(path: Path, kind: type) -> Any:
     try:
         scene = mm.read_scene(path)
     except OSError as error:
-        raise ValueError(f"cannot read {path}: {error.strerror or error}") from None
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
     if not isinstance(scene, kind):
-        raise ValueError(f"{path} has a {type(scene).__name__}: must have a {kind.__name__}")
+        raise InputError(f"{path} has a {type(scene).__name__}: must have a {kind.__name__}")
     return scene
 
 

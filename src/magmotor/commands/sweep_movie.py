@@ -8,7 +8,7 @@ from tqdm import tqdm
 
 import magmotor as mm
 from magmotor.commands.output import film_written
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.provenance import scene_from
 from magmotor.render.contact_sheet import FRAME_RATE
 from magmotor.sweep import Sweep, Values
@@ -24,9 +24,11 @@ SECONDS = 20.0
 def film(sweep: Sweep, path: Path, speed: float | None) -> None:
     """Write a movie of runs with the first seed."""
     if not isinstance(sweep.scene, mm.Top | mm.Motor):
-        raise reject("scene", type(sweep.scene).__name__, "movies show only a Top or a Motor")
+        raise ArgumentError(
+            "scene", type(sweep.scene).__name__, "movies show only a Top or a Motor"
+        )
     if sweep.replicas is not None:
-        raise reject("replicas", sweep.replicas, "movies show only sweeps without replicas")
+        raise ArgumentError("replicas", sweep.replicas, "movies show only sweeps without replicas")
     points, columns = shown(sweep)
     speed = speed or max(1.0, math.ceil(sweep.duration / SECONDS))
     scenes, runs, labels = [], [], []

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.numerics.reproducible import geometric
 from magmotor.sweep import Range, Samples
 from magmotor.sweep.axes import MOST
@@ -25,22 +25,22 @@ class Varied:
 def varied(entries: list[str], design: str | None) -> Varied:
     """Parse entries like tilt=0:0.2:21, tilt=0,0.1, or with a design tilt=0:0.2."""
     if not entries:
-        raise ValueError(f"--vary is missing: it must be {FORMS}")
+        raise InputError(f"--vary is missing: it must be {FORMS}")
     found, ranges = Varied(), {}
     for entry in entries:
         names, equals, text = entry.partition("=")
         if not (names and equals and text):
-            raise reject("vary", entry, f"must be {FORMS}")
+            raise ArgumentError("vary", entry, f"must be {FORMS}")
         fields = tuple(names.split(","))
         if fields in found.vary or names in ranges:
-            raise reject("vary", entry, "must vary each field only once")
+            raise ArgumentError("vary", entry, "must vary each field only once")
         bounds = _range(entry, text)
         if bounds is None:
             found.vary[fields] = _values(entry, text)
         elif design is None:
-            raise reject("vary", entry, "must be FIELD=START:STOP:COUNT without --design")
+            raise ArgumentError("vary", entry, "must be FIELD=START:STOP:COUNT without --design")
         elif len(fields) > 1:
-            raise reject("vary", entry, "must name a single field with --design")
+            raise ArgumentError("vary", entry, "must name a single field with --design")
         else:
             ranges[names] = bounds
     if design is not None:
@@ -63,18 +63,20 @@ def _values(entry: str, text: str) -> list[float]:
         return [_number(entry, part) for part in text.split(",")]
     start, stop, count, *log = text.split(":")
     if log not in ([], ["log"]) or not count.isdecimal():
-        raise reject("vary", entry, "must be FIELD=START:STOP:COUNT or FIELD=START:STOP:COUNT:log")
+        raise ArgumentError(
+            "vary", entry, "must be FIELD=START:STOP:COUNT or FIELD=START:STOP:COUNT:log"
+        )
     first, last = _number(entry, start), _number(entry, stop)
     if int(count) < 1:
-        raise reject("vary", entry, "COUNT must be at least 1")
+        raise ArgumentError("vary", entry, "COUNT must be at least 1")
     if int(count) > MOST:
-        raise reject("vary", entry, f"COUNT must be at most {MOST}")
+        raise ArgumentError("vary", entry, f"COUNT must be at most {MOST}")
     if not math.isfinite(first) or not math.isfinite(last):
-        raise reject("vary", entry, "START and STOP must be finite")
+        raise ArgumentError("vary", entry, "START and STOP must be finite")
     if not log:
         return np.linspace(first, last, int(count)).tolist()
     if min(first, last) <= 0:
-        raise reject("vary", entry, "START and STOP must be positive in a logarithmic range")
+        raise ArgumentError("vary", entry, "START and STOP must be positive in a logarithmic range")
     return geometric(first, last, int(count))
 
 
@@ -82,16 +84,18 @@ def _number(entry: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise reject("vary", entry, f"{text!r} is not a number") from None
+        raise ArgumentError("vary", entry, f"{text!r} is not a number") from None
 
 
 def _samples(design: str, ranges: dict[str, Range]) -> Samples:
     """Parse KIND:SIZE or KIND:SIZE:SEED."""
     kind, *numbers = design.split(":")
     if len(numbers) not in (1, 2) or not all(number.isdecimal() for number in numbers):
-        raise reject("design", design, "must be KIND:SIZE or KIND:SIZE:SEED, like sobol:256")
+        raise ArgumentError("design", design, "must be KIND:SIZE or KIND:SIZE:SEED, like sobol:256")
     if not ranges:
-        raise reject("vary", [], "must be FIELD=LOW:HIGH for at least one field with --design")
+        raise ArgumentError(
+            "vary", [], "must be FIELD=LOW:HIGH for at least one field with --design"
+        )
     size, seed = (*map(int, numbers), 0)[:2]
     return Samples(ranges, size, kind, seed)
 
@@ -105,9 +109,11 @@ def seeds(text: str) -> list[int]:
         else:
             found = [int(part) for part in text.split(",")]
     except ValueError:
-        raise reject("seeds", text, "must be FIRST:LAST, or numbers separated by commas") from None
+        raise ArgumentError(
+            "seeds", text, "must be FIRST:LAST, or numbers separated by commas"
+        ) from None
     if not found:
-        raise reject("seeds", text, "must be at least one seed")
+        raise ArgumentError("seeds", text, "must be at least one seed")
     if len(found) > MOST:
-        raise reject("seeds", text, f"must be at most {MOST} seeds")
+        raise ArgumentError("seeds", text, f"must be at most {MOST} seeds")
     return found

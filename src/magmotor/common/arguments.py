@@ -23,8 +23,8 @@ from magmotor.common.checks import (
     check_number,
     check_type,
     did_you_mean,
-    reject,
 )
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.hints import (
     Check,
     Shaped,
@@ -115,7 +115,7 @@ def _check_call(function: Callable, args: Sequence[Any], kwargs: Mapping[str, An
 def _extreme(function: Callable, reason: str) -> ValueError:
     """Return the error for arguments that are valid one by one, but too extreme together."""
     names = ", ".join(inspect.signature(function).parameters)
-    return ValueError(
+    return InputError(
         f"{function.__qualname__}({names}): {reason}; the arguments must be less extreme"
     )
 
@@ -150,12 +150,14 @@ def _check_agreement(arrays: dict[str, tuple[NDArray[Any], tuple[Any, ...]]]) ->
         for size, length in zip(fixed, array.shape[split:], strict=True):
             other, known = lengths.setdefault(size, (name, length))
             if isinstance(size, str) and length != known:
-                raise reject(f"length {size} of {name}", length, f"must be {known}, as in {other}")
+                raise ArgumentError(
+                    f"length {size} of {name}", length, f"must be {known}, as in {other}"
+                )
         try:
             axes = np.broadcast_shapes(axes, array.shape[:split])
         except ValueError:
             sentence = f"the leading axes must broadcast with {axes}, the leading axes of {first}"
-            raise reject(f"shape of {name}", array.shape, sentence) from None
+            raise ArgumentError(f"shape of {name}", array.shape, sentence) from None
         first = first or name
 
 
@@ -256,7 +258,7 @@ def _check_of_container(origin: type, arguments: tuple[Any, ...]) -> Check | Non
 
         def check_sequence(name: str, value: Any) -> Any:
             if isinstance(value, str | bytes):
-                raise reject(name, value, "must be a list or another sequence, not a string")
+                raise ArgumentError(name, value, "must be a list or another sequence, not a string")
             check_type(name, value, origin)
             return [_apply(inner, f"{name}[{i}]", element) for i, element in enumerate(value)]
 
@@ -289,19 +291,19 @@ def _apply(check: Check | None, name: str, value: Any) -> Any:
 def check_flag(name: str, value: Any) -> bool:
     """Return a value as a bool if it is True or False."""
     if not isinstance(value, bool | np.bool_):
-        raise reject(name, value, "must be True or False")
+        raise ArgumentError(name, value, "must be True or False")
     return bool(value)
 
 
 def _check_text(name: str, value: Any) -> str:
     if not isinstance(value, str):
-        raise reject(name, value, "must be a string")
+        raise ArgumentError(name, value, "must be a string")
     return value
 
 
 def _check_callable(name: str, value: Any) -> Any:
     if not callable(value) or isinstance(value, type):
-        raise reject(name, value, "must be a function or another callable object")
+        raise ArgumentError(name, value, "must be a function or another callable object")
     return value
 
 

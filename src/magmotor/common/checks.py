@@ -3,7 +3,6 @@
 The checks return Python's own numbers, since small NumPy integers overflow and JSON supports none.
 """
 
-import dataclasses
 import difflib
 import itertools
 import math
@@ -16,33 +15,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from magmotor.common.exceptions import ArgumentError, InputError
+
 SMALLEST, LARGEST = 1e-30, 1e30
 """Range of magnitudes of nonzero numbers, chosen so that no formula overflows."""
-
-SHOWN = 200
-"""Maximum number of characters of a value that a message shows."""
-
-
-def reject(name: str, value: Any, sentence: str) -> ValueError:
-    """Return the error for bad input: its name, its value, and a sentence on what is allowed."""
-    return ValueError(f"{name} = {_shown(value)}: {sentence}")
-
-
-def _shown(value: Any) -> str:
-    """Return a value as text; of a record with many fields, only the name of its class."""
-    text = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
-    if len(text) <= SHOWN:
-        return text
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return f"{type(value).__name__}(...)"
-    return f"{text[: SHOWN - 3]}..."
 
 
 def check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
     """Check that a name is one of `choices`; the error suggests the closest match."""
     if not isinstance(value, str) or value not in choices:
         hint = did_you_mean(str(value), choices)
-        raise reject(name, value, f"must be one of {', '.join(choices)}{hint}")
+        raise ArgumentError(name, value, f"must be one of {', '.join(choices)}{hint}")
 
 
 def did_you_mean(name: str, choices: Iterable[str]) -> str:
@@ -69,7 +52,7 @@ def check_type(name: str, value: Any, *classes: type) -> None:
             sentence += ", such as mujoco.MjModel.from_xml_path(...)"
         elif first and type(value).__name__ == "MjModel":
             sentence += "; step models of your own by mujoco.mj_step or magmotor.Langevin"
-        raise reject(name, value, sentence)
+        raise ArgumentError(name, value, sentence)
 
 
 def _public_name(cls: type) -> str:
@@ -89,7 +72,7 @@ def elements(name: str, values: Any, sentence: str) -> Iterator[Any]:
             return iter(values)
     except TypeError:
         pass
-    raise reject(name, values, sentence)
+    raise ArgumentError(name, values, sentence)
 
 
 def check_number(
@@ -112,9 +95,9 @@ def check_number(
     except (TypeError, ValueError):
         number = None
     if number is None or isinstance(value, str | bytes | bytearray):
-        raise reject(name, value, "must be a number")
+        raise ArgumentError(name, value, "must be a number")
     if isinstance(value, bool | np.bool_) or not math.isfinite(number):
-        raise reject(name, value, "must be a finite number")
+        raise ArgumentError(name, value, "must be a finite number")
     shown = f" {unit}" if unit not in ("", "1") else ""
     bound = ""
     if number <= above:
@@ -127,10 +110,12 @@ def check_number(
         radians = math.radians(number)
         if unit == "rad" and above < radians < below and radians >= at_least:
             shown += f" ({number:g} degrees are {radians:.4g} rad)"
-        raise reject(name, value, f"must be {bound}{shown}")
+        raise ArgumentError(name, value, f"must be {bound}{shown}")
     if number and not SMALLEST <= abs(number) <= LARGEST:
         zero = "" if above >= 0 else "zero or "
-        raise reject(name, value, f"must be {zero}from {SMALLEST:g} to {LARGEST:g} in magnitude")
+        raise ArgumentError(
+            name, value, f"must be {zero}from {SMALLEST:g} to {LARGEST:g} in magnitude"
+        )
     return number
 
 
@@ -141,13 +126,13 @@ def check_integer(
     try:
         number = operator.index(value)
     except TypeError:
-        raise reject(name, value, "must be an integer") from None
+        raise ArgumentError(name, value, "must be an integer") from None
     if isinstance(value, bool):
-        raise reject(name, value, "must be an integer")
+        raise ArgumentError(name, value, "must be an integer")
     if number < at_least:
-        raise reject(name, value, f"must be at least {at_least}")
+        raise ArgumentError(name, value, f"must be at least {at_least}")
     if number > at_most:
-        raise reject(name, value, f"must be at most {at_most}")
+        raise ArgumentError(name, value, f"must be at most {at_most}")
     return number
 
 
@@ -165,7 +150,7 @@ def check_array(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
     array = check_floats(name, value, *shape)
     if not (np.abs(array) <= LARGEST).all():
         bad = array[~(np.abs(array) <= LARGEST)].flat[0]
-        raise ValueError(
+        raise InputError(
             f"{name} contains {bad}: every value must be finite and at most {LARGEST:g} in"
             " magnitude"
         )
@@ -177,7 +162,7 @@ def check_floats(name: str, value: Any, *shape: Any) -> NDArray[np.float64]:
     array = _plain(name, value)
     if array.dtype.kind not in "iuf":
         if array.size:
-            raise reject(name, value, "must be an array of numbers")
+            raise ArgumentError(name, value, "must be an array of numbers")
         array = np.empty(array.shape)
     _check_shape(name, array, shape)
     return array.astype(float, copy=False)
@@ -187,7 +172,7 @@ def check_flags(name: str, value: Any, *shape: Any) -> NDArray[np.bool_]:
     """Return a value as an array if all elements are booleans; see `check_array` for `shape`."""
     array = _plain(name, value)
     if array.dtype.kind != "b" and array.size:
-        raise reject(name, value, "must be an array of booleans")
+        raise ArgumentError(name, value, "must be an array of booleans")
     _check_shape(name, array, shape)
     return array.astype(bool, copy=False)
 
@@ -196,9 +181,9 @@ def _plain(name: str, value: Any) -> NDArray[Any]:
     try:
         array = np.asanyarray(value)
     except (TypeError, ValueError):  # a ragged array, or an object that cannot be converted
-        raise reject(name, value, "must be an array of numbers") from None
+        raise ArgumentError(name, value, "must be an array of numbers") from None
     if np.ma.is_masked(array):
-        raise reject(name, value, "must be an array without masked values")
+        raise ArgumentError(name, value, "must be an array without masked values")
     return np.asarray(array)
 
 
@@ -216,4 +201,4 @@ def _check_shape(name: str, array: NDArray[Any], shape: tuple[Any, ...]) -> None
     if not fits:
         lengths = ", ".join("..." if size is ... else str(size) for size in shape)
         lengths += "," * (len(shape) == 1)
-        raise ValueError(f"{name} has shape {array.shape}: must have shape ({lengths})")
+        raise InputError(f"{name} has shape {array.shape}: must have shape ({lengths})")

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 
 STREAMS = {Path("/dev"), Path("/dev/fd"), Path("/proc/self/fd")}
 """Folders whose entries are written to directly, even if they are links to a file."""
@@ -128,7 +128,7 @@ def fields_in(attributes: Mapping[str, Any], name: str) -> dict[str, Any]:
         fields = None
     if not isinstance(fields, dict):
         shown = text[:200] if isinstance(text, str) else text
-        raise reject(f"attributes[{name!r}]", shown, "must be a JSON object")
+        raise ArgumentError(f"attributes[{name!r}]", shown, "must be a JSON object")
     return fields
 
 
@@ -142,9 +142,9 @@ def check_fields(attribute: str, fields: Mapping[str, Any], known: Mapping[str, 
     """
     for name in {**fields, **known}:
         if name not in fields:
-            raise reject(
+            raise ArgumentError(
                 f"attributes[{attribute!r}]", fields, f"must be an object with the field {name!r}"
             )
         if name not in known:
             sentence = f"must be one of {', '.join(known)}"
-            raise reject(f"a field in attributes[{attribute!r}]", name, sentence)
+            raise ArgumentError(f"a field in attributes[{attribute!r}]", name, sentence)

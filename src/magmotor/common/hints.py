@@ -20,8 +20,8 @@ from magmotor.common.checks import (
     check_integer,
     check_number,
     check_type,
-    reject,
 )
+from magmotor.common.exceptions import ArgumentError
 
 Check = Callable[[str, Any], Any]
 """Returns the value of a named argument, perhaps converted, or raises ValueError."""
@@ -73,7 +73,7 @@ def positive_definite(*shape: Any) -> Check:
     def check(name: str, value: Any, *shape: Any) -> Any:
         matrix = check_array(name, value, *shape)
         if not matrix.size:
-            raise reject(f"shape of {name}", matrix.shape, "the matrix must not be empty")
+            raise ArgumentError(f"shape of {name}", matrix.shape, "the matrix must not be empty")
         check_number(f"smallest eigenvalue of {name}", np.linalg.eigvalsh(matrix)[0], above=0)
         return matrix
 
@@ -113,7 +113,7 @@ def several(cls: type) -> Check:
 
     def check(name: str, value: Any) -> Any:
         if not isinstance(value, Sequence) or isinstance(value, str | bytes) or not len(value):
-            raise reject(name, value, f"must be a sequence of at least one {cls.__name__}")
+            raise ArgumentError(name, value, f"must be a sequence of at least one {cls.__name__}")
         for i, element in enumerate(value):
             check_type(f"{name}[{i}]", element, cls)
         return value
@@ -127,11 +127,13 @@ def output(*suffixes: str) -> Check:
     def check(name: str, value: Any) -> Any:
         path = Path(check_path(name, value))
         if suffixes and path.suffix.lower() not in suffixes:
-            raise reject(name, value, f"must be a file name that ends in {' or '.join(suffixes)}")
+            raise ArgumentError(
+                name, value, f"must be a file name that ends in {' or '.join(suffixes)}"
+            )
         if path.is_dir():
-            raise reject(name, value, "must be a file, not a directory")
+            raise ArgumentError(name, value, "must be a file, not a directory")
         if not path.parent.is_dir():
-            raise reject(name, value, "must be in an existing directory")
+            raise ArgumentError(name, value, "must be in an existing directory")
         return path  # without a trailing slash, which others take for an extension
 
     return check
@@ -163,5 +165,5 @@ def check_path(name: str, value: Any) -> Any:
     """Return a value if it is a path: a string or a `pathlib.Path`; else raise ValueError."""
     text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
     if not isinstance(text, str) or not text or "\0" in text:
-        raise reject(name, value, "must be a path: a string or a pathlib.Path")
+        raise ArgumentError(name, value, "must be a path: a string or a pathlib.Path")
     return value

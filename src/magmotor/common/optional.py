@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, requires, version
 
+from magmotor.common.exceptions import MagmotorError
+
 LABMAZE = "pip install --no-deps dm-control (its labmaze has no wheel for Python 3.13 or newer)"
 
 
-class MissingExtra(ModuleNotFoundError):
+class MissingExtra(MagmotorError, ModuleNotFoundError):
     """A package is missing that an extra of magmotor installs; the message says which."""
 
 

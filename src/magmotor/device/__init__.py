@@ -5,7 +5,8 @@ A new device imports everything that it needs from here; see `examples/own_devic
 
 from typing import TYPE_CHECKING, Any
 
-from magmotor.common.checks import check_array, check_integer, check_number, reject
+from magmotor.common.checks import check_array, check_integer, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Device, Scene, register
 from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.guard import ENERGY_GREW, LARGEST_ERROR, LARGEST_FLUCTUATION, Fault, Guard
@@ -27,6 +28,7 @@ __all__ = [
     "ENERGY_GREW",
     "LARGEST_ERROR",
     "LARGEST_FLUCTUATION",
+    "ArgumentError",
     "Column",
     "Device",
     "Engine",
@@ -55,7 +57,6 @@ __all__ = [
     "labeled",
     "quantity",
     "register",
-    "reject",
     "userdata",
 ]
 

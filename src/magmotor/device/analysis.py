@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from magmotor.common.arguments import arguments_of, guarded
-from magmotor.common.checks import LARGEST, check_type, reject
+from magmotor.common.checks import LARGEST, check_type
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.device.device import Scene
 from magmotor.device.provenance import scene_of
 
@@ -100,13 +101,15 @@ def scene_of_run(run: Any, scene: Any, scene_classes: tuple[type[Scene], ...]) -
     """
     if not isinstance(run, xr.Dataset) and isinstance(scene, xr.Dataset):
         sentence = "must be the dataset, and `scene` its scene: exchange these two arguments"
-        raise reject("run", run, sentence)
+        raise ArgumentError("run", run, sentence)
     check_type("run", run, xr.Dataset)
     if scene is not None:
         check_type("scene", scene, *scene_classes)
     if "scene" not in run.attrs:
         if scene is None:
-            raise reject("scene", None, "must be given, since the run's attributes have no scene")
+            raise ArgumentError(
+                "scene", None, "must be given, since the run's attributes have no scene"
+            )
         return scene
     own = scene_of(run)
     _check_scene_class("run", type(own).__name__, scene_classes)
@@ -114,10 +117,10 @@ def scene_of_run(run: Any, scene: Any, scene_classes: tuple[type[Scene], ...]) -
         return own
     if type(scene) is not type(own):
         sentence = f"must be the scene of the run, a {type(own).__name__}, or None for that scene"
-        raise reject("scene", scene, sentence)
+        raise ArgumentError("scene", scene, sentence)
     fields = [name for name in vars(own) if getattr(scene, name) != getattr(own, name)]
     name = fields[0]
-    raise reject(
+    raise ArgumentError(
         f"scene.{name}", getattr(scene, name), f"must be {getattr(own, name)!r}, as in the run"
     )
 
@@ -125,7 +128,7 @@ def scene_of_run(run: Any, scene: Any, scene_classes: tuple[type[Scene], ...]) -
 def _check_scene_class(name: str, recorded: Any, scene_classes: tuple[type[Scene], ...]) -> None:
     names = [known.__name__ for base in scene_classes for known in base.registered()]
     if not isinstance(recorded, str) or recorded not in names:
-        raise ValueError(f"{name} is of a {recorded!s:.40}: must be of a {' or '.join(names)}")
+        raise InputError(f"{name} is of a {recorded!s:.40}: must be of a {' or '.join(names)}")
 
 
 def checked_run(
@@ -151,9 +154,9 @@ def checked_run(
     missing = [needed for needed in needs if needed not in run.data_vars]
     if missing:
         sentence = f"the dataset must also have {', '.join(missing)}"
-        raise reject(name, [*map(str, run.data_vars)], sentence)
+        raise ArgumentError(name, [*map(str, run.data_vars)], sentence)
     if not replicas and "replica" in run.dims:
-        raise reject("replicas", run.sizes["replica"], f"select one: {name}.isel(replica=0)")
+        raise ArgumentError("replicas", run.sizes["replica"], f"select one: {name}.isel(replica=0)")
     if any(_is_misordered(run[needed]) for needed in needs):
         run = run.transpose(*DIMENSION_ORDER, ..., missing_dims="ignore")
     for needed in needs:
@@ -170,9 +173,9 @@ def _check_space(name: str, run: xr.Dataset, needs: tuple[str, ...]) -> None:
     if "space" not in run.coords:
         for needed in needs:
             if "space" in run[needed].dims:
-                raise reject(f"{name}.{needed}.space", None, "must be a coordinate: x, y, z")
+                raise ArgumentError(f"{name}.{needed}.space", None, "must be a coordinate: x, y, z")
     elif [*run.space.values] != ["x", "y", "z"]:
-        raise reject(f"{name}.space", [*map(str, run.space.values)], "must be x, y, z")
+        raise ArgumentError(f"{name}.space", [*map(str, run.space.values)], "must be x, y, z")
 
 
 def _check_replicas(name: str, run: xr.Dataset) -> None:
@@ -183,19 +186,19 @@ def _check_replicas(name: str, run: xr.Dataset) -> None:
         distinct = numbers.dtype.kind in "iu" and len(np.unique(numbers)) == len(numbers)
         if not distinct or not ((numbers >= 0) & (numbers < count)).all():
             sentence = f"must be distinct numbers, each less than {count}"
-            raise reject(f"{name}.replica", numbers.tolist(), sentence)
+            raise ArgumentError(f"{name}.replica", numbers.tolist(), sentence)
     if count is not None and "sample_interval" not in run.attrs and "replica" not in run.coords:
-        raise reject(
+        raise ArgumentError(
             f"{name}.replica", None, "must be a coordinate with the numbers of the replicas"
         )
     if "step" in run.coords and run.step.dtype.kind not in "iu":
-        raise reject(
+        raise ArgumentError(
             f"{name}.step",
             str(run.step.dtype),
             "must be integers: the records must be a run's own, not averages",
         )
     if "step" in run.coords and not (np.diff(run.step.values.ravel().astype(int)) > 0).all():
-        raise ValueError(f"{name}.step must increase: the records must be of one run")
+        raise InputError(f"{name}.step must increase: the records must be of one run")
 
 
 def _check_orientation(name: str, variable: xr.DataArray) -> None:
@@ -203,7 +206,7 @@ def _check_orientation(name: str, variable: xr.DataArray) -> None:
     lengths = np.linalg.norm(variable.values, axis=-1)
     if not (np.abs(lengths - 1) < 1e-3).all():
         worst = float(lengths.flat[np.abs(lengths - 1).argmax()])
-        raise reject(f"length of a quaternion in {name}", worst, "must be 1")
+        raise ArgumentError(f"length of a quaternion in {name}", worst, "must be 1")
 
 
 def _is_misordered(variable: xr.DataArray) -> bool:
@@ -215,27 +218,29 @@ def _check_variable(name: str, variable: xr.DataArray) -> None:
     expected = ENSEMBLE_DIMENSIONS.get(short) or ("time", *INNER_DIMENSIONS.get(short, ()))
     dims = variable.dims[1:] if variable.dims[:1] == ("replica",) else variable.dims
     if dims != expected:
-        raise reject(f"dimensions of {name}", variable.dims, f"must be {expected}")
+        raise ArgumentError(f"dimensions of {name}", variable.dims, f"must be {expected}")
     for dim in map(str, dims):
         if variable.sizes[dim] != LENGTHS.get(dim, variable.sizes[dim]):
-            raise reject(
+            raise ArgumentError(
                 f"length of {dim} in {name}", variable.sizes[dim], f"must be {LENGTHS[dim]}"
             )
     if not variable.size:
-        raise reject(f"shape of {name}", variable.shape, "the array must not be empty")
+        raise ArgumentError(f"shape of {name}", variable.shape, "the array must not be empty")
     if variable.dtype.kind not in "iuf":
-        raise reject(f"dtype of {name}", str(variable.dtype), "must be real numbers")
+        raise ArgumentError(f"dtype of {name}", str(variable.dtype), "must be real numbers")
     if not (np.abs(variable.values) <= LARGEST).all():
-        raise ValueError(f"{name} holds values that are not finite or exceed {LARGEST:g}")
+        raise InputError(f"{name} holds values that are not finite or exceed {LARGEST:g}")
     if short.endswith("orientation"):
         _check_orientation(name, variable)
 
 
 def _check_time(name: str, run: xr.Dataset, records: int) -> None:
     if "time" not in run.coords or run.time.dtype.kind not in "iuf":
-        raise reject(f"{name}.time", None, "must be a coordinate of numbers")
+        raise ArgumentError(f"{name}.time", None, "must be a coordinate of numbers")
     times = run.time.values
     if not (np.abs(times) <= LARGEST).all() or not (np.diff(times) > 0).all():
-        raise ValueError(f"{name}.time must hold finite times that increase")
+        raise InputError(f"{name}.time must hold finite times that increase")
     if len(times) < records:
-        raise reject(f"number of records in {name}", len(times), f"must be at least {records}")
+        raise ArgumentError(
+            f"number of records in {name}", len(times), f"must be at least {records}"
+        )

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import whole_file
 
 SECONDS_BETWEEN = 30.0
@@ -69,7 +69,7 @@ class Checkpoint:
         expected: Callable[[int], Mapping[str, Expected]],
     ):
         if not isinstance(path, str | os.PathLike | None) or "\0" in str(path):
-            raise reject("checkpoint", path, "must be a path or None")
+            raise ArgumentError("checkpoint", path, "must be a path or None")
         self.path = None if path is None else Path(path)
         if self.path is not None and not self.path.parent.is_dir():
             raise self._reject(f"must be in an existing folder, and {self.path.parent} is not one")
@@ -125,7 +125,7 @@ class Checkpoint:
             raise self._reject(f"cannot be read ({error.strerror})") from None
 
     def _reject(self, sentence: str) -> ValueError:
-        return reject("checkpoint", str(self.path), sentence)
+        return ArgumentError("checkpoint", str(self.path), sentence)
 
     def _read(self, file: Any) -> tuple[int, dict[str, NDArray]]:
         line = file.readline(LONGEST_LINE)

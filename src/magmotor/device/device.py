@@ -14,7 +14,8 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 import xarray as xr
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.guard import Guard
 from magmotor.device.job import Job
@@ -172,7 +173,7 @@ class Device(ABC, Generic[S, T]):
         ValueError
             The scene has no MuJoCo model.
         """
-        raise reject("scene", scene, f"a {type(scene).__name__} has no MuJoCo model")
+        raise ArgumentError("scene", scene, f"a {type(scene).__name__} has no MuJoCo model")
 
     def ensemble(self, scene: S) -> Callable[..., xr.Dataset] | None:
         """Return a function with the arguments of `mm.ensemble` that replaces the general one.
@@ -257,7 +258,7 @@ class Device(ABC, Generic[S, T]):
 
     def energy_balance(self, run: xr.Dataset, scene: S) -> xr.Dataset:
         """Return the energy balance of a run; see `magmotor.observables.energy_balance`."""
-        raise reject("scene", scene, f"a {type(scene).__name__} has no energy balance")
+        raise ArgumentError("scene", scene, f"a {type(scene).__name__} has no energy balance")
 
     def check_result(self, scene: S, run: xr.Dataset) -> None:
         """Warn of what is wrong with a finished run, although its guard let every state pass.
@@ -316,7 +317,7 @@ class Device(ABC, Generic[S, T]):
         classes = [known for known in SCENES.values() if getattr(known, "device", None) is self]
         kind = " or ".join(known.__name__ for known in classes) or "scene"
         sentence = f"a {kind} needs {type(self).__name__}.{missing}, which is missing"
-        return reject(name, value, sentence)
+        return ArgumentError(name, value, sentence)
 
 
 def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:
@@ -333,7 +334,7 @@ def register(device: Device[Any, Any], scene_class: type[Scene]) -> None:
     known = SCENES.setdefault(name, scene_class)
     if known.__module__ != scene_class.__module__:
         sentence = f"{known.__module__} has registered a scene class of this name"
-        raise reject("name of the scene class", name, sentence)
+        raise ArgumentError("name of the scene class", name, sentence)
     SCENES[name] = scene_class
     scene_class.device = device
     add_parameters(scene_class)

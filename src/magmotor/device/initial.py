@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_array, check_choice, reject
+from magmotor.common.checks import check_array, check_choice
+from magmotor.common.exceptions import ArgumentError
 
 
 def initial_parts(
@@ -32,7 +33,7 @@ def initial_parts(
     if isinstance(initial, xr.Dataset):
         return _last_record(initial, names)
     if not isinstance(initial, Mapping):
-        raise reject("initial", initial, "must be a mapping or a dataset")
+        raise ArgumentError("initial", initial, "must be a mapping or a dataset")
     for name in initial:
         check_choice("initial", name, tuple(names))
     return dict(initial)
@@ -57,19 +58,19 @@ def initial_row(name: str, value: Any, replicas: int) -> Array:
     label = f"initial[{name!r}]"
     row = check_array(label, value)
     if row.shape not in {(), (replicas,)}:
-        raise reject(label, value, f"must be a finite number or {replicas} of them")
+        raise ArgumentError(label, value, f"must be a finite number or {replicas} of them")
     return np.broadcast_to(row, (1, replicas)).copy()
 
 
 def _last_record(run: xr.Dataset, names: Sequence[str]) -> dict[str, Any]:
     missing = [name for name in names if name not in run]
     if missing:
-        raise reject(
+        raise ArgumentError(
             "initial", [*run.data_vars], f"the dataset must also have {', '.join(missing)}"
         )
     for name in names:
         if not run[name].sizes.get("time"):
-            raise reject(
+            raise ArgumentError(
                 f"initial.{name}", run[name].dims, "must have a dimension time, as in a run"
             )
     return {name: run[name].isel(time=-1).values for name in names}

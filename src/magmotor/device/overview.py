@@ -5,7 +5,7 @@ from pathlib import Path
 import xarray as xr
 
 from magmotor.common import style
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.measure_panels import label_of, meaning_of
 
 MOST = 12
@@ -31,7 +31,7 @@ def draw_variables(run: xr.Dataset, path: str | Path, dpi: int = style.DPI) -> N
     """
     names = [k for k in run.data_vars if {"time"} <= {*run[k].dims} <= {"time", "replica"}]
     if not names:
-        raise reject("run", [*map(str, run.data_vars)], "must have variables over time")
+        raise ArgumentError("run", [*map(str, run.data_vars)], "must have variables over time")
     rows = -(-len(names) // 2)
     with style.figure(11.0, 1.0 + 2.2 * rows) as figure:
         for number, name in enumerate(names, start=1):

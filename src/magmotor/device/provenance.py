@@ -9,7 +9,8 @@ from typing import Any
 import xarray as xr
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, check_type, reject
+from magmotor.common.checks import check_choice, check_type
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.files import check_fields, fields_in
 from magmotor.common.versions import machine_versions
 from magmotor.device.device import SCENES, Scene
@@ -45,7 +46,7 @@ def scene_of(run: xr.Dataset) -> Scene:
     name = run.attrs.get("scene")
     if not isinstance(name, str) or name not in SCENES:
         sentence = f"must be one of {[*SCENES]}{IMPORT_FIRST}"
-        raise ValueError(f"scene = {name!r} in the dataset's attributes: {sentence}")
+        raise InputError(f"scene = {name!r} in the dataset's attributes: {sentence}")
     return scene_from(name, fields_in(run.attrs, "scene_fields"))
 
 
@@ -87,14 +88,14 @@ def scene_with(name: str, fields: dict[str, Any], source: str) -> Scene:
     try:
         return scene(**{field: _as_tuples(value) for field, value in fields.items()})
     except (ArithmeticError, AttributeError, LookupError, TypeError, RecursionError) as error:
-        raise reject(source, fields, f"must be fields of a {name} ({error})") from error
+        raise ArgumentError(source, fields, f"must be fields of a {name} ({error})") from error
 
 
 def _scene_class(name: str) -> type[Scene]:
     try:
         check_choice("scene", name, tuple(SCENES))
     except ValueError as error:
-        raise ValueError(f"{error}{IMPORT_FIRST}") from None
+        raise InputError(f"{error}{IMPORT_FIRST}") from None
     return SCENES[name]
 
 
@@ -116,7 +117,9 @@ def _as_lists(name: str, value: Any) -> Any:
     if isinstance(value, tuple | list):
         return [_as_lists(f"{name}[{i}]", part) for i, part in enumerate(value)]
     if value is not None and not isinstance(value, bool | int | float | str):
-        raise reject(name, value, "cannot be stored: must be a number, text, or a tuple of those")
+        raise ArgumentError(
+            name, value, "cannot be stored: must be a number, text, or a tuple of those"
+        )
     return value
 
 

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magmotor.common.checks import check_choice, check_integer, check_number, reject
+from magmotor.common.checks import check_choice, check_integer, check_number
+from magmotor.common.exceptions import ArgumentError
 
 MOST = 10**5
 """Largest value of an integer field; all of them are numbers of dipoles."""
@@ -147,5 +148,5 @@ def _checked(field: dataclasses.Field, value: Any) -> Any:
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if not isinstance(value, tuple | list) or len(value) != size:
-        raise reject(field.name, value, f"must be {size} numbers")
+        raise ArgumentError(field.name, value, f"must be {size} numbers")
     return tuple(check_value(field, element, field.name) for element in value)

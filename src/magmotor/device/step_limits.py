@@ -4,7 +4,7 @@ import math
 from functools import lru_cache
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.numerics.linear_stability import (
     SmallMotion,
@@ -74,4 +74,4 @@ def check_step_limit(scene: Scene, method: str, timestep: float) -> None:
     limit = step_limit(scene, method, enough=(1 + 2 * SLACK) * timestep)
     if timestep >= (1 - SLACK) * limit:
         why = "the linear limit: beyond it, the smallest motion about rest grows"
-        raise reject("timestep", timestep, f"must be less than {limit:.4g}, {why}")
+        raise ArgumentError("timestep", timestep, f"must be less than {limit:.4g}, {why}")

@@ -17,15 +17,9 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import (
-    check_array,
-    check_choice,
-    check_floats,
-    check_integer,
-    elements,
-    reject,
-)
+from magmotor.common.checks import check_array, check_choice, check_floats, check_integer, elements
 from magmotor.common.environment import data_folder
+from magmotor.common.exceptions import ArgumentError
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 
 Flags = NDArray[np.bool_]
@@ -291,7 +285,7 @@ def _reset_mask(options: dict[str, Any] | None, count: int) -> Flags:
     sentence = f"must be an array of {count} bools, one of which at least is True"
     bools = isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (count,)
     if not (bools and mask.any()):
-        raise reject('options["reset_mask"]', mask, sentence)
+        raise ArgumentError('options["reset_mask"]', mask, sentence)
     return mask
 
 
@@ -308,7 +302,7 @@ def _seeds(seed: Any, count: int) -> Sequence[int | None]:
     sentence = f"must be one integer, or {count} of them"
     seeds = [*elements("seed", seed, sentence)]
     if len(seeds) != count:
-        raise reject("seed", seed, sentence)
+        raise ArgumentError("seed", seed, sentence)
     return [None if one is None else _seed(one) for one in seeds]
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from magmotor.common import style
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.optional import extra
 from magmotor.live.camera import eye, free_camera, traveler
 from magmotor.live.gate import Gate, is_number
@@ -329,13 +329,13 @@ def _free_port(host: str, first: int) -> int:
         except (OSError, UnicodeError) as error:
             if getattr(error, "errno", None) == errno.EACCES:
                 sentence = "must be a port that you may use, such as 8080"
-                raise reject("port", first, sentence) from None
+                raise ArgumentError("port", first, sentence) from None
             if getattr(error, "errno", None) != errno.EADDRINUSE:
                 sentence = "must be an address of this computer, such as 127.0.0.1 or 0.0.0.0"
-                raise reject("host", host, sentence) from None
+                raise ArgumentError("host", host, sentence) from None
         else:
             return port
-    raise reject("port", first, f"must leave a free port up to {LAST_PORT}; all are taken")
+    raise ArgumentError("port", first, f"must leave a free port up to {LAST_PORT}; all are taken")
 
 
 def _shown(host: str) -> str:

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.device.sliders import SMALLEST
 from magmotor.mjcf import parts
@@ -61,7 +61,7 @@ class Panel:
             spec = self._added_to(parts.spec_of(root))
         except IndexError:
             sentence = "its model must have a keyframe, its initial state, and sliders a joint"
-            raise reject("scene", self.scene, sentence) from None
+            raise ArgumentError("scene", self.scene, sentence) from None
         model = parts.compiled(spec)
         model.stat.meansize = model.stat.extent / 20  # size of the markers of mouse forces
         return model

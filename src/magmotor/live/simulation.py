@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError, MagmotorError
 from magmotor.common.hints import NotNegative, Positive, Seconds, integer
 from magmotor.device.device import Scene
 from magmotor.device.job import METHODS
@@ -35,7 +36,7 @@ START = -0.0
 """Initial time; its sign distinguishes it from the time after the viewer's own reset."""
 
 
-class StateLost(RuntimeError):
+class StateLost(MagmotorError, RuntimeError):
     """The state is not finite, or the scene no longer describes it."""
 
 
@@ -81,7 +82,7 @@ class LiveSimulation:
     def __init__(self, model: mujoco.MjModel, *, panel: Panel | None = None, seed: int = 0):
         check_seed(seed)
         if seed and model.body_user.any() and not model.nuserdata:
-            raise reject(
+            raise ArgumentError(
                 "seed", seed, "must be 0, since the model has noise but no nuserdata to hold a seed"
             )
         self.model, self.data = model, mujoco.MjData(model)

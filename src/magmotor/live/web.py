@@ -6,7 +6,8 @@ import time
 from mujoco import MjModel, MjvPerturb
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_integer, reject
+from magmotor.common.checks import check_integer
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, Seconds
 from magmotor.device.device import Scene
 from magmotor.live.loop import Loop
@@ -162,7 +163,7 @@ def web(
     elif isinstance(scene, Scene):
         simulation = live_scene(scene, method=method, timestep=timestep, seed=seed)
     else:
-        raise reject("scene", scene, "must be a scene or a mujoco.MjModel")
+        raise ArgumentError("scene", scene, "must be a scene or a mujoco.MjModel")
     view = WebView(Loop(simulation, speed), host=host, port=port)
     view.start()
     return view

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Points, Positive, numbers
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.field_and_energy import dipole_sites, field
@@ -125,7 +125,7 @@ def draw_field(
     there = strengths[:, 0] > 0
     points, vectors, strengths = points[there], vectors[there], strengths[there]
     if limits is not None and np.diff(limits)[0] <= 0:
-        raise reject("limits", limits, "must be in ascending order")
+        raise ArgumentError("limits", limits, "must be in ascending order")
     if len(points):
         low, high = np.log(np.quantile(strengths, (0.05, 0.95)) if limits is None else limits)
         levels = (np.log(strengths[:, 0]) - low) / (high - low or 1.0)
@@ -155,7 +155,7 @@ def _add_arrows(view: mujoco.MjvScene, centers: Array, arrows: Array, colors: Ar
     needed = view.ngeom + len(arrows)
     if needed > view.maxgeom:
         sentence = f"must be at least {needed}: {view.ngeom} geoms and {len(arrows)} arrows"
-        raise reject("view.maxgeom", view.maxgeom, sentence)
+        raise ArgumentError("view.maxgeom", view.maxgeom, sentence)
     for center, arrow, color in zip(centers, arrows, colors, strict=True):
         geom = view.geoms[view.ngeom]
         rgba = np.array([*color, 1.0], np.float32)

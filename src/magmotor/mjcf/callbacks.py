@@ -109,7 +109,7 @@ def acting_forces(model: mujoco.MjModel) -> int:
         with errors_raised():
             return _read(layout.current())(model._address)
     except mujoco.FatalError as error:
-        raise ValueError(str(error)) from error
+        raise messages.declaration_error(error) from error
 
 
 @compiled_once(nogil=True, error_model="numpy")

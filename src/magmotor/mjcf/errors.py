@@ -17,6 +17,9 @@ from magmotor.numerics.subroutine import subroutine
 ) = range(26)  # fmt: skip
 """Errors; each has up to two elements, and numbers for its sentence."""
 
+KINDS = tuple(name.lower() for name in (*globals(),)[-26:])
+"""Their names, those defined last, for `DeclarationError`."""
+
 DIPOLE, NOTHING = -1, -2
 """Types of elements: sites, or geoms whose number is that of all sites plus their own; and none."""
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
-from magmotor.mjcf import layout, memory
+from magmotor.mjcf import layout, memory, messages
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import COUPLINGS
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
@@ -132,27 +132,31 @@ def _observed(
     unless that has none: positions, moments and bodies.
     """
     if (len(data.site_xpos), len(data.geom_xpos)) != (model.nsite, model.ngeom):
-        raise reject("number of sites of data", len(data.site_xpos), f"must be {model.nsite}")
+        raise ArgumentError(
+            "number of sites of data", len(data.site_xpos), f"must be {model.nsite}"
+        )
     acting_forces(model)
     if (needed := stack_bytes(model)) > data.narena - data.parena - data.pstack:
         sentence = f"must be larger by about {needed} bytes, for the dipoles"
-        raise reject("size memory of the model", data.narena, sentence)
+        raise ArgumentError("size memory of the model", data.narena, sentence)
     drives.bind()
     observe = _observe(layout.current())
     try:
         with errors_raised():
             result = observe(model._address, data._address, points, fields, dipoles, energy)
     except mujoco.FatalError as error:
-        raise ValueError(str(error)) from error
+        raise messages.declaration_error(error) from error
     total, count, why, point, numeric = result
     if why == OUTSIDE:
         name = name_of(model, "numeric", numeric)
-        raise reject("points", points[point], f"must be inside the table of numeric {name!r}")
+        raise ArgumentError(
+            "points", points[point], f"must be inside the table of numeric {name!r}"
+        )
     if why == BEHIND:
-        raise reject("points", points[point], "must be above the plane of iron")
+        raise ArgumentError("points", points[point], "must be above the plane of iron")
     if why == COINCIDENCE:
         sentence = f"must not coincide with a dipole (within {CLOSEST:g} m)"
-        raise reject("points", points[point], sentence)
+        raise ArgumentError("points", points[point], sentence)
     return total, count
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_array, check_integer, reject
+from magmotor.common.checks import check_array, check_integer
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.hints import numbers
 from magmotor.numerics.cubic_convolution import FEWEST
 
@@ -63,12 +64,14 @@ def tabulated_field(
     '<numeric name="field" data="4 4 4 0.0 0.0 0.0 0.3333'
     """
     if not name.startswith("field") or not name.replace("_", "").isalnum():
-        raise reject("name", name, "must start with 'field' and have letters, digits and _ only")
+        raise ArgumentError(
+            "name", name, "must start with 'field' and have letters, digits and _ only"
+        )
     low, high = np.asarray(lower, float), np.asarray(upper, float)
     if not (low < high).all():
-        raise reject("upper", upper, f"must be larger than lower = {lower} along each axis")
+        raise ArgumentError("upper", upper, f"must be larger than lower = {lower} along each axis")
     if len(shape) != 3:
-        raise reject("shape", shape, "must be three numbers of nodes, along x, y and z")
+        raise ArgumentError("shape", shape, "must be three numbers of nodes, along x, y and z")
     counts = [check_integer("shape", count, at_least=FEWEST) for count in shape]
     axes = (np.linspace(*ends) for ends in zip(low, high, counts, strict=True))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -76,7 +79,7 @@ def tabulated_field(
         values = check_array("field(points)", field(points), len(points), 3)
     except (ValueError, TypeError, IndexError) as error:
         once = f"field is called once, with all points, shape {points.shape}, and returns B of each"
-        raise ValueError(f"{error}; {once}") from error
+        raise InputError(f"{error}; {once}") from error
     spacing = (high - low) / (np.array(counts) - 1)
     numbers = [*counts, *low.tolist(), *spacing.tolist(), *values.ravel().tolist()]
     return f'<numeric name="{name}" data="{" ".join(map(repr, numbers))}"/>'

@@ -14,6 +14,7 @@ from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
 import magmotor_plugin
+from magmotor.common.exceptions import MagmotorError
 from magmotor.numerics.constants import constant_in_code
 
 MODEL_FIELDS = (
@@ -114,7 +115,7 @@ _PROBE_PSTACK = 0x5A5A40
 UNSUPPORTED = 'this version is not supported; 3.11 to 4.0 are: pip install "mujoco==4.0.*"'
 
 
-class LayoutError(RuntimeError):
+class LayoutError(MagmotorError, RuntimeError):
     """The layout of MuJoCo's structs differs from MuJoCo's own declarations."""
 
 

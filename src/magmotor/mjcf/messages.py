@@ -18,6 +18,7 @@ from contextlib import contextmanager
 import mujoco
 from numba import types
 
+from magmotor.common.exceptions import DeclarationError, InputError
 from magmotor.mjcf import errors, memory
 from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
 from magmotor.mjcf.sentences import (
@@ -132,6 +133,9 @@ _acted_address = ctypes.c_int64(ctypes.addressof(_acted))
 _texts: dict[int, ctypes.Array] = {}
 """Last error of each thread, kept while C code reads it."""
 
+_of_thread = threading.local()
+"""Its `found` is the last error of a thread: its sentence, its number and its first element."""
+
 _printed: set[str] = set()
 """Lines about models without a mark, each of which a process prints once."""
 
@@ -162,6 +166,7 @@ def _form_error(error, number, name, other, other_name, details, handler, user, 
     """Write the address of the sentence to `text` if the thread handles errors, else record it."""
     numbers = details[: errors.DETAILS]
     sentence = sentence_of_error(error, number, name, other, other_name, numbers)
+    _of_thread.found = sentence, error, number
     if handler or catches_errors(user):
         text[0] = _kept(sentence)
         return
@@ -199,6 +204,14 @@ def _give_notice(which, number, name, other, other_name, unless, handler, user, 
         if not (handler or catches_errors(user)):
             raise
         text[0] = _kept(str(error))
+
+
+def declaration_error(error: mujoco.FatalError) -> InputError:
+    """Return an error that compiled code has just raised in this thread, with its attributes."""
+    sentence, number, element = getattr(_of_thread, "found", ("", 0, -1))
+    if sentence != str(error):  # a notice, while warnings are errors
+        return InputError(str(error))
+    return DeclarationError(sentence, errors.KINDS[number], element)
 
 
 def silence(bits: int) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from magmotor.common.arrays import Array
 from magmotor.common.environment import data_folder
+from magmotor.common.exceptions import InputError
 from magmotor.common.optional import extra
 
 Element = Any
@@ -24,7 +25,7 @@ def compiled(root: Element) -> mujoco.MjModel:
             return root.compile()
         return mujoco.MjModel.from_xml_string(xml_of(root), root.get_assets())
     except ValueError as error:
-        raise ValueError(
+        raise InputError(
             f"MuJoCo cannot compile the model: {' '.join(str(error).split())}"
         ) from error
 

@@ -18,7 +18,8 @@ import numpy as np
 
 from magmotor.common.arguments import check_flag
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_number, check_type, reject
+from magmotor.common.checks import check_number, check_type
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.mjcf import parts
 from magmotor.mjcf.lookup import disabled, label, number_of
 
@@ -235,7 +236,7 @@ class ViscousContact:
         check_type("model", model, mujoco.MjModel)
         pair = number_of(model, "pair", self.name)
         if pair < 0:
-            raise ValueError(
+            raise InputError(
                 f"pair {self.name!r} is not in the model: add it to the description with `add_to`"
                 " before compiling the model"
             )
@@ -243,17 +244,19 @@ class ViscousContact:
         if geoms != {number_of(model, "geom", name) for name in (self.sphere, self.plane)}:
             own = " and ".join(label(model, "geom", geom) for geom in sorted(geoms))
             sentence = f"must be the pair of {self.sphere!r} and {self.plane!r}"
-            raise reject(f"pair {self.name!r}", own, sentence)
+            raise ArgumentError(f"pair {self.name!r}", own, sentence)
         sphere = check_pair(model, pair)
         if disabled(model, "contact"):
-            raise reject("flag contact", "disable", "must be 'enable', as the flag constraint")
+            raise ArgumentError(
+                "flag contact", "disable", "must be 'enable', as the flag constraint"
+            )
         near = copy(model)
         near.pair_margin[pair] = ANY_DISTANCE
         data = mujoco.MjData(near)
         mujoco.mj_fwdPosition(near, data)
         active = [c for c in data.contact if c.includemargin == ANY_DISTANCE and c.efc_address >= 0]
         if not active:
-            raise reject(f"body of sphere {self.sphere!r}", "fixed", "must be able to move")
+            raise ArgumentError(f"body of sphere {self.sphere!r}", "fixed", "must be able to move")
         inverse_inertia = _inverse_inertia(model, sphere)
         ratio = resistance(data, active[0], inverse_inertia)
         # Among the directions of the slip, that of the smallest moment has the largest error.
@@ -262,7 +265,7 @@ class ViscousContact:
         if regularization < LEAST_REGULARIZATION:
             largest = model.opt.impratio * regularization / LEAST_REGULARIZATION
             sentence = f"must be at most {largest:.2g}, so that R >= {LEAST_REGULARIZATION:g} A"
-            raise reject("option impratio", model.opt.impratio, sentence)
+            raise ArgumentError("option impratio", model.opt.impratio, sentence)
         return pair, active[0].frame[:3].copy(), ratio  # contacts end with their mjData
 
 
@@ -291,7 +294,7 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
     kinds = [mujoco.mjtGeom(model.geom_type[geom]).name[7:].lower() for geom in (plane, sphere)]
     fixed = model.body_weldid[model.geom_bodyid[plane]] == 0
     if kinds != ["plane", "sphere"] or not fixed:
-        raise reject(f"{names}: types", kinds, "must be a fixed plane and a sphere")
+        raise ArgumentError(f"{names}: types", kinds, "must be a fixed plane and a sphere")
     dimension, friction = int(model.pair_dim[pair]), float(model.pair_friction[pair, 0])
     solimp, solref = model.pair_solimp[pair].tolist(), model.pair_solreffriction[pair].tolist()
     cone = mujoco.mjtCone(model.opt.cone).name[7:].lower()
@@ -302,7 +305,7 @@ def check_pair(model: mujoco.MjModel, pair: int) -> int:
             f"a viscous contact must have condim 3, friction {ALWAYS_IN_CONE:g}, solreffriction"
             ' "0 -b", a constant solimp and an elliptic cone'
         )
-        raise reject(f"contact of {names}", f"{law}, cone {cone}", sentence)
+        raise ArgumentError(f"contact of {names}", f"{law}, cone {cone}", sentence)
     return sphere
 
 
@@ -353,5 +356,7 @@ def _inverse_inertia(model: mujoco.MjModel, sphere: int, choose: Any = np.median
 def _root(description: Any) -> parts.Element:
     """Check that a description is the root of a PyMJCF tree, and return it."""
     if not hasattr(description, "contact"):
-        raise reject("description", description, "must be an MjSpec or the root of a PyMJCF tree")
+        raise ArgumentError(
+            "description", description, "must be an MjSpec or the root of a PyMJCF tree"
+        )
     return description

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.environment import gl_setting
+from magmotor.common.exceptions import MagmotorError
 from magmotor.mjcf.lookup import number_of
 from magmotor.render.region import Region
 from magmotor.render.trail import Trail
@@ -20,7 +21,7 @@ MOST_BACKGROUNDS = 40
 """Number of backgrounds to keep: one for each tile of a contact sheet."""
 
 
-class NoOpenGL(RuntimeError):
+class NoOpenGL(MagmotorError, RuntimeError):
     """No OpenGL library is available, or not the one that MUJOCO_GL names."""
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, integer, output
 from magmotor.device.analysis import checked_run, scene_of_run
 from magmotor.device.device import Scene
@@ -192,7 +192,9 @@ class Sheet:
 
 def _gauge(scene: Scene) -> Gauge:
     if scene.device.gauge is None:
-        raise reject("scene", scene, f"there are no contact sheets of a {type(scene).__name__}")
+        raise ArgumentError(
+            "scene", scene, f"there are no contact sheets of a {type(scene).__name__}"
+        )
     return scene.device.gauge
 
 
@@ -201,7 +203,9 @@ def _check_scenes(scenes: Sequence[Any]) -> None:
     for scene in scenes:
         for name in ("ball_radius", *_gauge(scene).alike):
             if not hasattr(scene, name):
-                raise reject("scene", scene, f"must have {name} to be shown in a contact sheet")
+                raise ArgumentError(
+                    "scene", scene, f"must have {name} to be shown in a contact sheet"
+                )
     for scene in {_appearance(scene): scene for scene in scenes}.values():
         model = build(scene, visual=True)
         check_has(model, scene, "geom", BALL_GEOM)
@@ -267,7 +271,7 @@ def contact_sheet(
     given = scenes or [None] * len(runs)
     scenes = [scene_of_run(run, scene, (Scene,)) for run, scene in zip(runs, given, strict=True)]
     if len({type(scene) for scene in scenes}) > 1:
-        raise reject(
+        raise ArgumentError(
             "scenes", sorted({type(s).__name__ for s in scenes}), "must all be of one class"
         )
     for i, (run, scene) in enumerate(zip(runs, scenes, strict=True)):
@@ -286,9 +290,11 @@ def contact_sheet(
 
 def _check_lengths(runs: Sequence, scenes: Sequence | None, labels: Sequence, columns: int) -> None:
     if not 1 <= len(runs) <= ROWS * columns:
-        raise reject(
+        raise ArgumentError(
             "len(runs)", len(runs), f"must be 1 to {ROWS * columns}: {ROWS} rows of {columns}"
         )
     for name, given in (("scenes", scenes), ("labels", labels)):
         if given is not None and len(given) != len(runs):
-            raise reject(f"len({name})", len(given), f"must be {len(runs)}, the number of runs")
+            raise ArgumentError(
+                f"len({name})", len(given), f"must be {len(runs)}, the number of runs"
+            )

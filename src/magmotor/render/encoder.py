@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from magmotor.common.checks import check_integer, reject
+from magmotor.common.checks import check_integer
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import integer, output
 from magmotor.common.optional import extra
 
@@ -79,7 +80,7 @@ GIF_MEMORY = 2**30
 def check_size(name: str, value: Any) -> tuple[int, int]:
     """Return the size (width, height) of a movie if both are even and inside their bounds."""
     allowed = "must be (width, height), even numbers from {} x {} to {} x {}"
-    error = reject(name, value, allowed.format(*SMALLEST, *LARGEST))
+    error = ArgumentError(name, value, allowed.format(*SMALLEST, *LARGEST))
     try:
         width, height = (check_integer(name, length) for length in value)
     except (TypeError, ValueError):
@@ -104,7 +105,7 @@ def frame_times(start: float, end: float, speed: float, fps: int) -> NDArray[np.
     """
     if (end - start) * fps > MOST_FRAMES * speed:
         sentence = f"must be large enough for a movie of at most {MOST_FRAMES} frames"
-        raise reject("speed", speed, sentence)
+        raise ArgumentError("speed", speed, sentence)
     times = np.arange(start, end + 1e-9, speed / fps)
     return np.minimum(times, end)  # rounding
 
@@ -117,7 +118,7 @@ def check_memory(path: Path, count: int, size: tuple[int, int]) -> None:
             f"a GIF of {size[0]} x {size[1]} pixels can have {most} frames, and this one has"
             f" {count}: choose a higher speed, a lower fps, a smaller size, or .mp4"
         )
-        raise reject("path", str(path), sentence)
+        raise ArgumentError("path", str(path), sentence)
 
 
 def speed_in_words(speed: float) -> str:

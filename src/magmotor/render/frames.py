@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common import style
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Scene
 from magmotor.device.movie import MovieContent
@@ -38,7 +38,7 @@ SMALL = 320
 def movie_content_of(scene: Scene) -> type[MovieContent]:
     """Return the movie content of a scene's class; ValueError if it has no movies."""
     if scene.device.movie_content is None:
-        raise reject("scene", scene, f"there are no movies of a {type(scene).__name__}")
+        raise ArgumentError("scene", scene, f"there are no movies of a {type(scene).__name__}")
     return scene.device.movie_content
 
 
@@ -89,7 +89,7 @@ class Frames:
         self.movie_content: MovieContent = content(run, scene, self.times)
         if self.movie_content.near == MAIN_CAMERA:
             sentence = "must be another camera than that of the main view"
-            raise reject(f"{content.__name__}.near", MAIN_CAMERA, sentence)
+            raise ArgumentError(f"{content.__name__}.near", MAIN_CAMERA, sentence)
         width, height = size
         main, half = round(MAIN_SHARE * width), height // 2
         self.main, self.near = (height, main), (half, width - main)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, Still
 from magmotor.common.optional import extra
 from magmotor.device.analysis import analysis
@@ -125,7 +125,7 @@ def still(
     run = checked_movie_run(run, scene)
     start, end = run.time.values[[0, -1]]
     if not start <= time <= end:
-        raise reject("time", time, f"must be within the run: {start:g} to {end:g} s")
+        raise ArgumentError("time", time, f"must be within the run: {start:g} to {end:g} s")
     with extra("movies"):
         from PIL import Image
 

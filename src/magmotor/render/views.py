@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.mjcf.lookup import number_of
 from magmotor.render.camera import Camera, Image, open_camera
@@ -72,4 +72,6 @@ def check_has(model: mujoco.MjModel, scene: Scene, kind: str, name: str) -> None
         It does not; the message has the name.
     """
     if number_of(model, kind, name) < 0:
-        raise reject(kind, name, f"the model of a {type(scene).__name__} must have this {kind}")
+        raise ArgumentError(
+            kind, name, f"the model of a {type(scene).__name__} must have this {kind}"
+        )

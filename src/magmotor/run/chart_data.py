@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.device.step_limits import step_limit
 
@@ -79,7 +79,7 @@ def charted_scene(scene: Scene) -> Scene:
     if charted is None:
         kind = type(scene).__name__
         sentence = f"the charts have no {kind}: pass a method and a timestep to simulate"
-        raise reject("scene", scene, sentence)
+        raise ArgumentError("scene", scene, sentence)
     return charted
 
 

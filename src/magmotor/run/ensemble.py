@@ -9,7 +9,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_type, reject
+from magmotor.common.checks import check_type
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.device import Scene
 from magmotor.device.provenance import attributes_of
@@ -22,7 +23,7 @@ def _with_noise(name: str, scene: Any) -> Any:
     if not scene.device.is_random:
         kind = type(scene).__name__
         sentence = f"a {kind} has no noise, and all replicas would be the same: use simulate"
-        raise reject(name, scene, sentence)
+        raise ArgumentError(name, scene, sentence)
     return scene
 
 
@@ -131,7 +132,9 @@ def ensemble(
     for name, value in unsupported.items():
         if value:
             kind = type(scene).__name__
-            raise reject(name, value, f"must be left out: ensembles of a {kind} have moments only")
+            raise ArgumentError(
+                name, value, f"must be left out: ensembles of a {kind} have moments only"
+            )
     interval = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     run = simulate(
         scene, **numerics, replicas=replicas, record_interval=interval, initial=initial

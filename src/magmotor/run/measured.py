@@ -8,7 +8,7 @@ import mujoco
 from magmotor.advice.advise import survey
 from magmotor.advice.paths import INTEGRATORS
 from magmotor.advice.quantities import POSITIONS
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.magnetism import magnetism
@@ -40,7 +40,7 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
     names = {f"mujoco/{name.lower()}": name for name in INTEGRATORS}
     among = {names[method]: method for method in methods if method in names}
     if not among:
-        raise reject("method", ", ".join(methods), f"must be one of {', '.join(names)}")
+        raise ArgumentError("method", ", ".join(methods), f"must be one of {', '.join(names)}")
     model = build(scene, visual=False)
     data = mujoco.MjData(model)
     if model.nkey:
@@ -51,7 +51,7 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
             among=among, tune=False,
         )  # fmt: skip
     if found.integrator is None:
-        raise reject("error", error, f"was not reached: {found.reason}")
+        raise ArgumentError("error", error, f"was not reached: {found.reason}")
     best = next(
         point for point in found.points
         if (point.integrator, point.timestep) == (found.integrator, found.timestep)

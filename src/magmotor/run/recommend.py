@@ -8,7 +8,8 @@ import numpy as np
 
 from magmotor.advice.quantities import POSITIONS
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Seconds, fraction
 from magmotor.device.device import Scene
 from magmotor.run import chart_data
@@ -185,7 +186,7 @@ def recommend(
     choices = curves[quantity]
     if method is not None:
         if method not in choices:
-            raise reject(
+            raise ArgumentError(
                 "method", method, f"must be a method charted for {quantity}: {', '.join(choices)}"
             )
         choices = {method: choices[method]}
@@ -193,7 +194,7 @@ def recommend(
     points = [*_points(fitted, timestep)]
     if not points:
         longest = max(curve.steps[-1] for curve in fitted.values())
-        raise reject(
+        raise ArgumentError(
             "timestep", timestep, f"must be at most {longest:g}, the longest in the charts{hint}"
         )
     longest_within = {point.method: point for point in points if point.error <= error}
@@ -203,7 +204,9 @@ def recommend(
     elif timestep is None:
         smallest = float(f"{1.005 * best.error:.2e}")
         bound = f"at least {smallest:g}, the smallest charted for {quantity} ({best.method}"
-        raise reject("error", error, f"must be {bound} at a timestep of {best.timestep:g}){hint}")
+        raise ArgumentError(
+            "error", error, f"must be {bound} at a timestep of {best.timestep:g}){hint}"
+        )
     data = chart_data.load()
     return Recommendation(
         quantity=quantity,
@@ -229,9 +232,9 @@ def _check_measured(quantity: str | None, timestep: float | None, engine: Engine
     given = {"quantity": quantity, "timestep": timestep}
     for name, value in given.items():
         if value is not None:
-            raise reject(name, value, "must be left out if measure = True")
+            raise ArgumentError(name, value, "must be left out if measure = True")
     if engine != "mujoco":
-        raise reject("engine", engine, "must be 'mujoco' if measure = True")
+        raise ArgumentError("engine", engine, "must be 'mujoco' if measure = True")
 
 
 def _methods_of(engine: Engines, supported: tuple[str, ...]) -> tuple[str, ...]:
@@ -260,7 +263,7 @@ def _charted_curves(
     found = chart_data.curves(kind, surface, considered)
     if not found:
         sentence = f"the charts have no {kind} on this surface: pass a method and a timestep"
-        raise reject("surface", surface, f"{sentence} to simulate{hint}")
+        raise ArgumentError("surface", surface, f"{sentence} to simulate{hint}")
     return found
 
 

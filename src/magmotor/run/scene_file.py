@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.files import whole_file
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_with
@@ -56,24 +56,24 @@ def read_scene(path: str | Path) -> Scene:
         with Path(path).open(encoding="utf-8-sig") as file:
             text = file.read(LARGEST + 1)
         if len(text) > LARGEST:
-            raise ValueError("it is too long for a scene")
+            raise InputError("it is too long for a scene")
         if DEEP.search(text):
-            raise ValueError("it has a key of more than five parts, but fields have one")
+            raise InputError("it has a key of more than five parts, but fields have one")
         return _scene(text)
     except UnicodeDecodeError:
-        raise ValueError(f"{path}: it is not TOML: it is not text in UTF-8") from None
+        raise InputError(f"{path}: it is not TOML: it is not text in UTF-8") from None
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error}") from None
 
 
 def _scene(text: str) -> Scene:
     try:
         fields = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"it is not TOML: {error}") from None
+        raise InputError(f"it is not TOML: {error}") from None
     if "scene" not in fields:
         names = ", ".join(SCENES)
-        raise ValueError(f"it must have a key scene, the name of a class: {names}")
+        raise InputError(f"it must have a key scene, the name of a class: {names}")
     name = fields.pop("scene")
     return scene_with(name, fields, "the file")
 
@@ -97,7 +97,7 @@ def write_scene(scene: Scene, path: str | Path) -> None:
         The file cannot be written.
     """
     if Path(path).suffix.lower() != ".toml":
-        raise reject("path", str(path), "must end in .toml")
+        raise ArgumentError("path", str(path), "must end in .toml")
     text = toml_of(scene)
     with whole_file(Path(path)) as part:
         part.write_text(text, encoding="utf-8", newline="\n")

@@ -13,17 +13,18 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_integer, check_number, check_type, reject
+from magmotor.common.checks import check_integer, check_number, check_type
 from magmotor.common.environment import physical_memory
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import Seconds
 from magmotor.device.checkpoint import Checkpoint, Expected
 from magmotor.device.device import Scene
 from magmotor.device.engine import Engine
-from magmotor.device.exceptions import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.device.job import Job
 from magmotor.device.provenance import attributes_of
 from magmotor.device.states import checksum, concatenate, rows
+from magmotor.device.stops import SimulationDiverged, SimulationInterrupted, stopped
 from magmotor.noise import LARGEST_STEP, BrownianPath, check_seed, path_of
 from magmotor.numerics.compilation_notice import Progress
 from magmotor.run.dataset import assemble
@@ -149,7 +150,7 @@ def simulate(
     duration = check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
     seed, interval = check_seed(seed), check_integer("record_interval", interval, at_least=1)
     if interval > duration / timestep * (1 + 1e-12):
-        raise reject(
+        raise ArgumentError(
             "record_interval", interval, f"must be at most {int(duration / timestep)} steps"
         )
     device.check_run(scene, method, timestep, replicas, allow_unstable)
@@ -158,14 +159,16 @@ def simulate(
         check_type("path", path, BrownianPath)
     followed = path or BrownianPath(seed, timestep)
     if abs(followed.timestep / timestep - 1) > 1e-12:
-        raise reject("path.timestep", followed.timestep, f"must equal the timestep, {timestep:g}")
+        raise ArgumentError(
+            "path.timestep", followed.timestep, f"must equal the timestep, {timestep:g}"
+        )
     steps = duration / timestep
     first_step = _first_step(initial, followed, method)
     first = device.followed(scene, device.initial_state(scene, initial, replicas), method)
     record = sum(column.nbytes for column in first if column is not None)
     check_memory(steps / interval * record, interval)
     if (first_step + steps) * followed.factor > LARGEST_STEP:
-        raise reject(
+        raise ArgumentError(
             "duration",
             duration,
             "must be so short that the Brownian path has fewer than 2^53 steps",
@@ -211,7 +214,7 @@ def check_memory(recorded: float, interval: int) -> None:
         least = math.ceil(interval * recorded / memory)
         size = f"the records would take {recorded:.3g} of {memory:.3g} bytes of memory"
         allowed = f"must be at least {least:.6g} for so long a duration: {size}"
-        raise reject("record_interval", interval, allowed)
+        raise ArgumentError("record_interval", interval, allowed)
 
 
 def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
@@ -223,12 +226,14 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
         return 0
     first = check_integer("attributes['first_step']", attributes.get("first_step", 0), at_least=0)
     if "time" not in initial.coords or not initial.time.size:
-        raise reject("initial", [*initial.coords], "must be a dataset with the coordinate time")
+        raise ArgumentError(
+            "initial", [*initial.coords], "must be a dataset with the coordinate time"
+        )
     if "replica" in initial.coords:
         numbers = np.atleast_1d(initial.replica.values).tolist()
         if numbers != [*range(len(numbers))]:
             sentence = "must be 0, 1, 2, ... to continue their Brownian paths; or use another seed"
-            raise reject("initial.replica", numbers, sentence)
+            raise ArgumentError("initial.replica", numbers, sentence)
     if "step" in initial.coords:
         step = initial.step.values.flat[-1]
         return check_integer("initial.step", step, at_least=0, at_most=LARGEST_STEP)

@@ -12,7 +12,8 @@ import pandas as pd
 import xarray as xr
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.optional import extra
 
 QUATERNION = {"component": ("w", "x", "y", "z")}
@@ -66,7 +67,7 @@ def to_table(data: xr.Dataset, *, rows: Sequence[str] | None = None) -> pd.DataF
     (['time', 'step', 'position_x', 'position_y'], 'm')
     """
     if not data.data_vars:
-        raise reject("data", dict(data.sizes), "must have variables")
+        raise ArgumentError("data", dict(data.sizes), "must have variables")
     lines = [str(dim) for dim in data.dims if _runs_along_rows(data, dim)]
     if rows is None:
         first = next(iter(data.data_vars.values()))
@@ -75,9 +76,11 @@ def to_table(data: xr.Dataset, *, rows: Sequence[str] | None = None) -> pd.DataF
         for dim in rows:
             check_choice("rows", dim, tuple(lines))
         if len({*rows}) < max(1, len(rows)):
-            raise reject("rows", [*rows], "must name at least one dimension, and each only once")
+            raise ArgumentError(
+                "rows", [*rows], "must name at least one dimension, and each only once"
+            )
     if empty := [dim for dim in rows if data.sizes[dim] == 0]:
-        raise reject("data", dict(data.sizes), f"must have at least one {empty[0]}")
+        raise ArgumentError("data", dict(data.sizes), f"must have at least one {empty[0]}")
     data = data.assign_coords({d: np.arange(data.sizes[d]) for d in rows if d not in data.coords})
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
@@ -93,7 +96,9 @@ def to_table(data: xr.Dataset, *, rows: Sequence[str] | None = None) -> pd.DataF
             continue
         for column, numbers in _columns(data, str(name), rows, others):
             if column in columns:
-                raise reject("data", column, "must be the name of one column only: rename one")
+                raise ArgumentError(
+                    "data", column, "must be the name of one column only: rename one"
+                )
             columns[column] = numbers
             units[column] = str(values.attrs.get("units", "1")) or "1"
     table = pd.DataFrame(columns)
@@ -160,7 +165,7 @@ def check_table_file(path: Path) -> None:
     """Check that a table can be written to a file of this name; raises as `write_table` does."""
     suffix = path.suffix.lower()
     if suffix not in TABLE_FILES:
-        raise reject("path", str(path), "must end in .csv or .parquet")
+        raise ArgumentError("path", str(path), "must end in .csv or .parquet")
     if suffix == ".parquet":
         with extra("parquet"):
             import_module("pyarrow")

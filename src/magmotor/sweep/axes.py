@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, check_integer, check_number, elements, reject
+from magmotor.common.checks import check_choice, check_integer, check_number, elements
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Fractions
 from magmotor.device.device import Scene
 from magmotor.device.quantities import check_value, is_quantity
@@ -29,7 +30,9 @@ def listed(name: str, values: Any) -> tuple[Any, ...]:
     """Return an iterable as a tuple; ValueError if it is a string, not iterable, or too long."""
     found = tuple(islice(elements(name, values, "must be a list of numbers"), MOST + 1))
     if len(found) > MOST:
-        raise reject(f"number of values of {name}", f"over {MOST}", f"must be at most {MOST}")
+        raise ArgumentError(
+            f"number of values of {name}", f"over {MOST}", f"must be at most {MOST}"
+        )
     return found
 
 
@@ -37,7 +40,7 @@ def checked_fields(names: Any) -> tuple[str, ...]:
     """Return the name of a field, or a tuple of names, as a tuple; ValueError if it is neither."""
     found = (names,) if isinstance(names, str) else names
     if not isinstance(found, tuple) or not all(isinstance(name, str) for name in found):
-        raise reject("field", names, "must be a name, or a tuple of names")
+        raise ArgumentError("field", names, "must be a name, or a tuple of names")
     return found
 
 
@@ -54,7 +57,9 @@ class Values:
         for value in values:
             check_number("value", value)
         if not fields or not values:
-            raise reject("values", [*values], "must be at least one value of at least one field")
+            raise ArgumentError(
+                "values", [*values], "must be at least one value of at least one field"
+            )
         object.__setattr__(self, "fields", fields)
         object.__setattr__(self, "values", values)
 
@@ -99,7 +104,7 @@ def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[flo
     """
     fields = tuple(full_name(scene, name) for name in checked_fields(names))
     if not fields:
-        raise reject("field", names, "must be at least one name")
+        raise ArgumentError("field", names, "must be at least one name")
     known = numeric_fields(scene)
     for field in fields:
         check_given(scene, field)
@@ -108,10 +113,10 @@ def values_axis(scene: Scene, names: str | tuple[str, ...], values: Iterable[flo
         for value in listed(fields[0], values)
     ]
     if not checked:
-        raise reject(fields[0], [], "must have at least one value")
+        raise ArgumentError(fields[0], [], "must have at least one value")
     taken = tuple(row[0] for row in checked)
     if len(set(taken)) < len(taken):
-        raise reject(fields[0], taken, "must be distinct values")
+        raise ArgumentError(fields[0], taken, "must be distinct values")
     return Values(fields, taken)
 
 
@@ -142,7 +147,7 @@ def _range(name: Any, bounds: Any) -> Range:
     checked_fields(name)
     fits = isinstance(bounds, tuple | list) and len(bounds) in (2, 3)
     if not fits or (len(bounds) == 3 and not isinstance(bounds[2], bool)):
-        raise reject(
+        raise ArgumentError(
             f"range of {name}", bounds, "must be (low, high) or (low, high, log) with a bool log"
         )
     return Range(*bounds)
@@ -181,18 +186,18 @@ class Samples:
         object.__setattr__(self, "size", check_integer("size", self.size, at_least=1, at_most=MOST))
         check_seed(self.seed)
         if not isinstance(self.ranges, Mapping):
-            raise reject(
+            raise ArgumentError(
                 "ranges", self.ranges, "must be a mapping of fields to (low, high) or Range"
             )
         ranges = {name: _range(name, bounds) for name, bounds in self.ranges.items()}
         if not ranges:
-            raise reject("ranges", {}, "must be ranges of at least one field")
+            raise ArgumentError("ranges", {}, "must be ranges of at least one field")
         for name, (low, high, log) in ranges.items():
             check_number(f"{name}, lower end", low, above=0.0 if log else -math.inf)
             check_number(f"{name}, upper end", high, above=low)
         if self.design == "sobol" and self.size & (self.size - 1):
             near = 1 << self.size.bit_length()
-            raise reject(
+            raise ArgumentError(
                 "size", self.size, f"must be a power of two (for example {near}) for design 'sobol'"
             )
         object.__setattr__(self, "ranges", ranges)
@@ -205,7 +210,7 @@ class Samples:
             field = full_name(scene, name)
             check_given(scene, field)
             if isinstance(known[field].declared.default, int):
-                raise reject(
+                raise ArgumentError(
                     "field", field, "takes integers only: list its values instead of drawing them"
                 )
             for end in (bounds.low, bounds.high):
@@ -338,4 +343,6 @@ def check_given(scene: Scene, name: str) -> None:
     """Raise ValueError if a component is to vary of a vector that has no value."""
     field, component = numeric_fields(scene)[name]
     if component is not None and getattr(scene, field.name) is None:
-        raise reject(field.name, None, f"the scene must give it a value if {name} is to vary")
+        raise ArgumentError(
+            field.name, None, f"the scene must give it a value if {name} is to vary"
+        )

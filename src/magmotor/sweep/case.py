@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magmotor.common.checks import check_integer, reject
+from magmotor.common.checks import check_integer
+from magmotor.common.exceptions import ArgumentError
 from magmotor.noise import check_seed
 from magmotor.sweep.axes import listed
 
@@ -39,7 +40,7 @@ def checked_seeds(seeds: Any) -> tuple[int, ...]:
         seeds = range(check_integer("seeds", seeds, at_least=1))
     found = [check_seed(seed) for seed in listed("seeds", seeds)]
     if not found or len(set(found)) < len(found):
-        raise reject("seeds", found, "must be distinct, and at least one")
+        raise ArgumentError("seeds", found, "must be distinct, and at least one")
     return tuple(found)
 
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from magmotor.common.exceptions import InputError
 from magmotor.sweep.case import canonical
 
 SUM = "checksum"
@@ -14,7 +15,7 @@ LENGTH = 64
 """Characters in a checksum: SHA-256 in hexadecimal digits."""
 
 
-class Damaged(ValueError):
+class Damaged(InputError):
     """A file of a sweep does not contain what was written to it."""
 
 
@@ -32,7 +33,7 @@ def parsed(content: str | bytes) -> Any:
     try:
         return json.loads(content)
     except RecursionError:
-        raise ValueError("it is nested too deeply") from None
+        raise InputError("it is nested too deeply") from None
 
 
 def with_checksum(entries: dict[str, Any]) -> bytes:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from magmotor.common.arguments import check_flag
 from magmotor.common.environment import physical_memory
+from magmotor.common.exceptions import InputError
 from magmotor.sweep.axes import numeric_fields
 from magmotor.sweep.case import Case
 from magmotor.sweep.checksum import Damaged, naming_damage
@@ -55,7 +56,7 @@ def combine(directory: str | Path, *, skip_damaged: bool = False) -> xr.Dataset:
     data = read(store, (*axes, "seed"), damaged)
     if damaged and not skip_damaged:
         more = f" and {len(damaged) - SHOWN} more" if len(damaged) > SHOWN else ""
-        raise ValueError(
+        raise InputError(
             f"{'; '.join(damaged[:SHOWN])}{more}: run the sweep in {str(directory)!r} again to"
             " recompute these cases, or leave them out by skip_damaged=True (--skip-damaged)"
         )
@@ -72,7 +73,7 @@ def _empty(shape: tuple[int, ...], columns: int) -> np.ndarray:
     memory = physical_memory()
     if (needed := 8 * columns * math.prod(shape)) > memory:
         gigabytes = f"{needed / 1e9:.3g} GB of memory; this machine has {memory / 1e9:.3g} GB"
-        raise ValueError(f"the sweep's results need {gigabytes}. Read its files one by one")
+        raise InputError(f"the sweep's results need {gigabytes}. Read its files one by one")
     return np.full(shape, np.nan)
 
 

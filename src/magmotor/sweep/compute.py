@@ -12,11 +12,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError, InputError, MagmotorError
 from magmotor.common.interrupts import uninterrupted
 from magmotor.common.versions import versions_that_matter
-from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_from
+from magmotor.device.stops import SimulationStopped
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.run.simulate import simulate
 from magmotor.sweep.case import Case
@@ -42,7 +42,7 @@ class Outcome(NamedTuple):
     """Wall time without compilation."""
 
 
-class OtherVersions(RuntimeError):
+class OtherVersions(MagmotorError, RuntimeError):
     """A worker has other versions than the driver."""
 
 
@@ -139,7 +139,7 @@ def recorded(content: bytes) -> xr.Dataset:
         with uninterrupted(), netCDF4.Dataset("run.nc", memory=content) as file:
             run = xr.open_dataset(NetCDF4DataStore(file))
             if run.nbytes > len(content):
-                raise ValueError("it declares more data than it contains")
+                raise InputError("it declares more data than it contains")
             run.load()
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise Damaged(f"it is not a run in netCDF ({error})") from None
@@ -170,14 +170,14 @@ def encoded(values: ArrayLike, each: tuple[int, ...]) -> Any:
         values = np.ma.filled(np.ma.array(values, dtype=float), np.nan)
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
-        raise reject("value of a measure", values, "must be a number, or one per replica")
+        raise ArgumentError("value of a measure", values, "must be a number, or one per replica")
     if array.shape not in ((), each):
         sentence = (
             "must be () or (replicas,)"
             if each
             else "must be (): a run without replicas has one value"
         )
-        raise reject("shape of a measure", array.shape, sentence)
+        raise ArgumentError("shape of a measure", array.shape, sentence)
     if array.ndim:
         return [encoded(value, ()) for value in array]
     number = float(array)

@@ -8,7 +8,8 @@ from concurrent.futures import Executor, Future
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
-from magmotor.common.checks import check_integer, reject
+from magmotor.common.checks import check_integer
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.optional import extra
 from magmotor.sweep.process_pool import (
     ONE_THREAD,
@@ -66,7 +67,7 @@ def dask_workers(scheduler: str) -> Iterator[tuple[Executor, int]]:
         cluster = Cluster(client)
         threads = cluster.threads()
         if not threads:
-            raise reject("scheduler", scheduler, "its cluster has no workers")
+            raise ArgumentError("scheduler", scheduler, "its cluster has no workers")
         yield cluster, threads
 
 
@@ -74,12 +75,14 @@ def _connected(scheduler: str) -> Any:
     """Return a Dask client, which the caller must close."""
     distributed = _distributed()
     if not isinstance(scheduler, str):
-        raise reject("scheduler", scheduler, "must be the address of a Dask scheduler, a string")
+        raise ArgumentError(
+            "scheduler", scheduler, "must be the address of a Dask scheduler, a string"
+        )
     try:
         return distributed.Client(scheduler, timeout=CONNECT_SECONDS)
     except (OSError, ValueError) as error:
         sentence = f"must be the address of a Dask scheduler ({error})"
-        failure = reject("scheduler", scheduler, sentence)
+        failure = ArgumentError("scheduler", scheduler, sentence)
     # A failed client waits for Dask's lock when it is collected; later that might be held.
     gc.collect()
     raise failure
@@ -113,7 +116,7 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
     if workers is not None:
         check_integer("workers", workers, at_least=1)
     if not isinstance(host, str) or not host:  # for Dask, "" means all interfaces
-        raise reject("host", host, "must be the address of a network interface, a string")
+        raise ArgumentError("host", host, "must be the address of a network interface, a string")
     with ExitStack() as stack:
         try:
             with children_without_interrupts():
@@ -132,7 +135,7 @@ def local_cluster(workers: int | None = None, host: str = "127.0.0.1") -> Iterat
             if not isinstance(error.__cause__, OSError):
                 raise
             sentence = f"must be an interface of this machine ({error.__cause__.strerror})"
-            raise reject("host", host, sentence) from None
+            raise ArgumentError("host", host, sentence) from None
         yield cluster.scheduler_address
 
 

@@ -8,14 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, get_args
 
-from magmotor.common.checks import (
-    check_choice,
-    check_integer,
-    check_number,
-    check_type,
-    elements,
-    reject,
-)
+from magmotor.common.checks import check_choice, check_integer, check_number, check_type, elements
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_from
@@ -106,18 +100,20 @@ class Sweep:
         check_type("scene", self.scene, Scene)
         methods = self.scene.device.methods(self.scene)
         if not isinstance(self.vary, Mapping):
-            raise reject("vary", self.vary, "must be a mapping of fields to their values")
+            raise ArgumentError("vary", self.vary, "must be a mapping of fields to their values")
         if not isinstance(self.samples, Samples | None):
-            raise reject("samples", self.samples, "must be a magmotor.sweep.Samples, or None")
+            raise ArgumentError(
+                "samples", self.samples, "must be a magmotor.sweep.Samples, or None"
+            )
         if not self.vary and self.samples is None:
-            raise reject("vary", dict(self.vary), "must have at least one field")
+            raise ArgumentError("vary", dict(self.vary), "must have at least one field")
         seeds = checked_seeds(self.seeds)
         self._set("seeds", seeds if self.scene.device.is_random else seeds[:1])
         self._set("measure", self._checked_measure(self.measure))
         if self.replicas is not None:
             check_integer("replicas", self.replicas, at_least=1)
         if (runs := math.prod(self.shape) * (self.replicas or 1)) > MOST_RUNS:
-            raise reject("cases times replicas", runs, f"must be at most {MOST_RUNS}")
+            raise ArgumentError("cases times replicas", runs, f"must be at most {MOST_RUNS}")
         if self.method is not None:
             check_choice("method", self.method, methods)
         if self.timestep is not None:
@@ -127,14 +123,14 @@ class Sweep:
         fields = [field for axis in self.axes for field in axis.fields]
         for field in fields:
             if fields.count(field) > 1:
-                raise reject("field", field, "must be varied only once")
+                raise ArgumentError("field", field, "must be varied only once")
         if self.method is None or self.timestep is None:
             self._choose()
         check_number("duration", self.duration, at_least=self.timestep or 0.0)
         if self.versions is None:
             self._set("versions", versions_that_matter(self.method or ""))
         elif not _is_text_mapping(self.versions):
-            raise reject(
+            raise ArgumentError(
                 "versions", self.versions, "must be a mapping of names to versions, both strings"
             )
 
@@ -144,9 +140,9 @@ class Sweep:
     def _checked_measure(self, measure: Any) -> tuple[str, ...]:
         names = checked_names("measure", measure)
         if not names or len(set(names)) < len(names):
-            raise reject("measure", [*names], "must be distinct names, at least one")
+            raise ArgumentError("measure", [*names], "must be distinct names, at least one")
         if TRAJECTORY in names and len(names) > 1:
-            raise reject("measure", [*names], f"{TRAJECTORY} excludes other measures")
+            raise ArgumentError("measure", [*names], f"{TRAJECTORY} excludes other measures")
         for name in names:
             if name != TRAJECTORY:
                 measure_of(self.scene, name)
@@ -167,7 +163,9 @@ class Sweep:
         choices, failure = [], None
         free = sum(len(a.fields) if isinstance(a, Samples) else 1 for a in self.axes)
         if free > MOST_FREE:
-            raise reject("timestep", None, f"must be given if more than {MOST_FREE} fields vary")
+            raise ArgumentError(
+                "timestep", None, f"must be given if more than {MOST_FREE} fields vary"
+            )
         for corner in itertools.product(*[axis.ends for axis in self.axes]):
             changes = {name: value for part in corner for name, value in part.items()}
             try:
@@ -275,15 +273,17 @@ def checked_names(argument: str, names: Any) -> tuple[str, ...]:
     """Return names as a tuple; ValueError unless they are a list of strings."""
     sentence = "must be a list of names"
     if isinstance(names, str):
-        raise reject(argument, names, f"{sentence}: write [{names!r}]")
+        raise ArgumentError(argument, names, f"{sentence}: write [{names!r}]")
     if callable(names):
         names = [names]
     found = tuple(elements(argument, names, sentence))
     for name in found:
         if callable(name):
-            raise reject(argument, names, f"{sentence}; a function is named by {named(name)}")
+            raise ArgumentError(
+                argument, names, f"{sentence}; a function is named by {named(name)}"
+            )
         if not isinstance(name, str):
-            raise reject(argument, names, sentence)
+            raise ArgumentError(argument, names, sentence)
     return found
 
 
@@ -314,7 +314,7 @@ def sweep_from(spec: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Swee
     names = [FromFile(n) if is_own(n) and n not in allowed else n for n in spec["measure"]]
     for name in allowed:
         if not any(map(is_own, names)):
-            raise reject(
+            raise ArgumentError(
                 "measures", name, "must be left out: no measure of this sweep is its user's own"
             )
         check_choice("measures", name, tuple(filter(is_own, names)))
@@ -333,29 +333,31 @@ def sweep_from(spec: Mapping[str, Any], *, measures: Iterable[str] = ()) -> Swee
         raise
     except Exception as error:  # a file may hold anything
         kind = type(error).__name__
-        raise ValueError(f"the sweep's specification is invalid ({kind}: {error})") from None
+        raise InputError(f"the sweep's specification is invalid ({kind}: {error})") from None
 
 
 def _check_spec(spec: Any) -> None:
     """Check what `Sweep` does not check, and that nothing is missing that it would choose."""
     if not isinstance(spec, Mapping):
-        raise reject("sweep", spec, "must be the specification of a sweep, a mapping")
+        raise ArgumentError("sweep", spec, "must be the specification of a sweep, a mapping")
     missing = sorted(SPEC_ENTRIES - spec.keys())
     if missing:
-        raise reject("sweep", sorted(map(str, spec)), f"the entries lack {', '.join(missing)}")
+        raise ArgumentError(
+            "sweep", sorted(map(str, spec)), f"the entries lack {', '.join(missing)}"
+        )
     check_choice("scene", spec["scene"], tuple(SCENES))
     for name in ("method", "timestep"):
         if spec[name] is None:
-            raise reject(name, None, "must be given")
+            raise ArgumentError(name, None, "must be given")
     for name in ("measure", "vary", "samples", "seeds"):
         if not isinstance(spec[name], list):
-            raise reject(name, spec[name], "must be a list")
+            raise ArgumentError(name, spec[name], "must be a list")
     for axis in spec["vary"]:
         pair = isinstance(axis, list) and len(axis) == 2
         if not pair or not all(isinstance(part, list) for part in axis):
-            raise reject("vary", axis, "must be a list of fields and a list of values")
+            raise ArgumentError("vary", axis, "must be a list of fields and a list of values")
     if len(spec["samples"]) > 1:
-        raise reject("samples", spec["samples"], "must be at most one design")
+        raise ArgumentError("samples", spec["samples"], "must be at most one design")
     checked_names("measure", spec["measure"])
 
 

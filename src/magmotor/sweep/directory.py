@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import is_dead, this_driver, write_whole
 from magmotor.common.hints import check_path
 from magmotor.sweep.case import Case, canonical
@@ -68,7 +68,7 @@ class Directory:
         if not (path / SWEEP).exists():  # checked last: another driver may have begun meanwhile
             if unrelated:
                 sentence = f"must be empty or hold this sweep; it holds {unrelated[0]}: {ANOTHER}"
-                raise reject("directory", str(path), sentence)
+                raise ArgumentError("directory", str(path), sentence)
             path.mkdir(parents=True, exist_ok=True)
             self._write(Path(SWEEP), with_checksum(spec))
         self._inode = _inode(path)
@@ -218,7 +218,7 @@ def _check_inside(root: Path, file: Path) -> None:
     for folder in [*file.parents][:-1]:
         if (root / folder).is_symlink():
             sentence = "must be a folder: a sweep follows no symbolic link out of its directory"
-            raise reject("directory", str(root / folder), sentence)
+            raise ArgumentError("directory", str(root / folder), sentence)
 
 
 def _content(root: Path, file: Path) -> bytes:
@@ -239,7 +239,7 @@ def _content(root: Path, file: Path) -> bytes:
         mode = path.lstat().st_mode
         if stat.S_ISDIR(mode):
             sentence = "must be a file: remove this folder, since a sweep never removes folders"
-            raise reject("directory", str(path), sentence)
+            raise ArgumentError("directory", str(path), sentence)
         if not stat.S_ISREG(mode):
             raise Damaged("it is not a regular file")
         return path.read_bytes()
@@ -261,7 +261,7 @@ def _unrelated_files(path: Path) -> list[str]:
     except FileNotFoundError:
         return []
     except NotADirectoryError:
-        raise reject("directory", str(path), "must be a directory") from None
+        raise ArgumentError("directory", str(path), "must be a directory") from None
 
 
 def _stored_spec(folder: Path) -> dict[str, Any]:
@@ -297,10 +297,10 @@ def sweep_of(path: str | Path, *, measures: Iterable[str] = ()) -> Sweep:
         return sweep_from(_stored_spec(folder), measures=measures)
     except FileNotFoundError:
         sentence = f"must be the directory of a sweep: it has no {SWEEP}"
-        raise reject("directory", str(path), sentence) from None
+        raise ArgumentError("directory", str(path), sentence) from None
     except Damaged as damage:
         sentence = f"{damage}; running the same sweep again repairs it"
-        raise reject("directory", str(path), sentence) from None
+        raise ArgumentError("directory", str(path), sentence) from None
 
 
 def _check_same(path: Path, spec: dict[str, Any], stored: dict[str, Any]) -> None:
@@ -309,7 +309,7 @@ def _check_same(path: Path, spec: dict[str, Any], stored: dict[str, Any]) -> Non
     if other:
         holds = f"it holds one that differs in {', '.join(other)}"
         sentence = f"must be empty or hold this sweep; {holds}: {ANOTHER}"
-        raise reject("directory", str(path), sentence)
+        raise ArgumentError("directory", str(path), sentence)
 
 
 @dataclass

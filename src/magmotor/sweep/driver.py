@@ -15,7 +15,8 @@ from typing import Any
 from tqdm import tqdm
 
 from magmotor.common.arguments import check_flag
-from magmotor.common.checks import check_integer, check_type, reject
+from magmotor.common.checks import check_integer, check_type
+from magmotor.common.exceptions import ArgumentError, MagmotorError
 from magmotor.common.hints import check_path
 from magmotor.common.interrupts import deferred
 from magmotor.common.optional import extra
@@ -74,7 +75,7 @@ class SweepInterrupted(KeyboardInterrupt):
     """Ctrl-C during a sweep; results so far are on disk, and the same call resumes it."""
 
 
-class SweepFailed(RuntimeError):
+class SweepFailed(MagmotorError, RuntimeError):
     """Every case of a sweep has failed.
 
     Attributes
@@ -151,7 +152,7 @@ def run(
     workers = (os.cpu_count() or 1) if workers is None else workers
     workers = check_integer("workers", workers, at_least=1)
     if not (executor is None or callable(getattr(executor, "submit", None))):
-        raise reject("executor", executor, "must be a concurrent.futures.Executor, or None")
+        raise ArgumentError("executor", executor, "must be a concurrent.futures.Executor, or None")
     for name in filter(is_own, sweep.measure):
         imported(name)
     with extra("sweep"):

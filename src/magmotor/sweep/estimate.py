@@ -12,9 +12,10 @@ from typing import Annotated
 import numpy as np
 
 from magmotor.common.arguments import checked
+from magmotor.common.exceptions import InputError
 from magmotor.common.hints import Count, integer
-from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_from
+from magmotor.device.stops import SimulationStopped
 from magmotor.run.simulate import check_memory, simulate
 from magmotor.sweep.checksum import with_checksum
 from magmotor.sweep.compute import ARGUMENTS
@@ -88,7 +89,7 @@ def estimate(
         except (ValueError, SimulationStopped) as error:
             failure = error
     if not found:
-        raise ValueError(f"none of the probed cases can run: {failure}")
+        raise InputError(f"none of the probed cases can run: {failure}")
     seconds, size = np.mean(found, axis=0).tolist()
     rounds = math.ceil(len(sweep) / workers)
     return Estimate(seconds * rounds, seconds, workers, size * len(sweep), len(found))

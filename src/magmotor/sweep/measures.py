@@ -7,7 +7,8 @@ from typing import Any
 import xarray as xr
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.device.observable import Measure
 
@@ -61,9 +62,9 @@ def measure_of(scene: Scene, name: str) -> Measure:
         return available[name]
     module, function = name.split(":", 1)
     if not all(map(str.isidentifier, [*module.split("."), function])):
-        raise reject("measure", str(name), "must have the form package.module:function")
+        raise ArgumentError("measure", str(name), "must have the form package.module:function")
     if module == "__main__":
-        raise reject("measure", str(name), f"{OF_SCRIPT}, and write 'measures:{function}'")
+        raise ArgumentError("measure", str(name), f"{OF_SCRIPT}, and write 'measures:{function}'")
     return Measure(lambda run, scene: imported(name)(run, scene), "1", function)
 
 
@@ -81,16 +82,16 @@ def imported(name: str) -> Callable[[xr.Dataset, Any], Any]:
             f" measures=[{str(name)!r}] to sweep_of or rerun, or run magmotor rerun"
             f" --allow-measure {name}"
         )
-        raise reject("measure", str(name), sentence)
+        raise ArgumentError("measure", str(name), sentence)
     module, function = name.split(":", 1)
     try:
         imported_function = getattr(import_module(module), function)
     except Exception as error:  # a module may raise anything
-        raise reject(
+        raise ArgumentError(
             "measure", name, f"must be a function that can be imported ({error})"
         ) from None
     if not callable(imported_function):
-        raise reject(
+        raise ArgumentError(
             "measure", name, "must be a function that can be imported (it is not callable)"
         )
     return imported_function

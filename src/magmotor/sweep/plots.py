@@ -8,7 +8,7 @@ import xarray as xr
 
 from magmotor.common import style
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Dpi, Picture
 from magmotor.common.measure_panels import (
     REPEATS,
@@ -52,10 +52,10 @@ def sweep(data: xr.Dataset, path: Picture, dpi: Dpi = style.DPI) -> None:
     fields = varied_fields(data)
     if len(fields) not in (1, 2):
         sentence = "must be one or two varying fields: select one value of every other (isel, sel)"
-        raise reject("axes", fields, sentence)
+        raise ArgumentError("axes", fields, sentence)
     measures = _measures(data, fields)
     if not measures:
-        raise reject(
+        raise ArgumentError(
             "measures", [*map(str, data)], f"must include a number over the dimensions of {fields}"
         )
     columns = 2 if len(measures) in (2, 4) else min(3, len(measures))
@@ -125,5 +125,5 @@ def _axes(data: xr.Dataset) -> list[str]:
         axes = None
     if not isinstance(axes, list) or not all(isinstance(name, str) for name in axes):
         sentence = "must be those of a combined sweep, where axes is a JSON list of names"
-        raise reject("attributes", [*data.attrs], sentence)
+        raise ArgumentError("attributes", [*data.attrs], sentence)
     return axes

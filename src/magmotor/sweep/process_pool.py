@@ -20,6 +20,7 @@ from typing import Any
 from tqdm import tqdm
 
 from magmotor.common.checks import check_integer
+from magmotor.common.exceptions import InputError, MagmotorError
 from magmotor.common.interrupts import blocked
 
 ONE_THREAD: dict[str, str] = {
@@ -45,11 +46,11 @@ DYING_SECONDS = 5.0
 _CONTEXT = multiprocessing.get_context("spawn")
 
 
-class WorkerDied(RuntimeError):
+class WorkerDied(MagmotorError, RuntimeError):
     """The process that computed a call died."""
 
 
-class NoWorkers(RuntimeError):
+class NoWorkers(MagmotorError, RuntimeError):
     """No worker computes the cases: processes die at once, or a cluster is gone."""
 
 
@@ -65,7 +66,7 @@ class Pool:
     def __init__(self, workers: int):
         self._most = check_integer("workers", workers, at_least=1)
         if multiprocessing.current_process().daemon:
-            raise ValueError("a daemonic process, as of multiprocessing.Pool, cannot start workers")
+            raise InputError("a daemonic process, as of multiprocessing.Pool, cannot start workers")
         self._calls: deque[tuple[Future, tuple[Any, ...]]] = deque()
         self._workers: list[_Worker] = []
         self._deaths = 0

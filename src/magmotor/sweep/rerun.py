@@ -10,11 +10,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor import sweep
-from magmotor.common.checks import check_integer, check_number, check_type, reject
+from magmotor.common.checks import check_integer, check_number, check_type
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.files import parsed_attributes
 from magmotor.device.device import Scene
-from magmotor.device.exceptions import SimulationStopped
 from magmotor.device.provenance import scene_of
+from magmotor.device.stops import SimulationStopped
 from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.run.ensemble import NOT_KEPT, ensemble
 from magmotor.run.simulate import simulate
@@ -77,19 +78,21 @@ def rerun(run: xr.Dataset, *, measures: Iterable[str] = ()) -> xr.Dataset:
     if "sweep" in attributes:
         return _sweep(attributes["sweep"], measures)
     if checked_names("measures", measures):
-        raise reject("measures", measures, "must be empty: this dataset is not a sweep")
+        raise ArgumentError("measures", measures, "must be empty: this dataset is not a sweep")
     is_ensemble = "sample_interval" in attributes
     names = ENSEMBLE if is_ensemble else RUN
     missing = [name for name in ("scene", "scene_fields", *names) if name not in attributes]
     if missing:
         sentence = f"must be those of a run or an ensemble; {', '.join(missing)} are missing"
-        raise reject("attributes", [*attributes], sentence)
+        raise ArgumentError("attributes", [*attributes], sentence)
     check_type("method", attributes["method"], str)
     scene = scene_of(run)
     _check_dimensions(run, attributes, scene)
     arguments = {name: attributes[name] for name in names}
     if attributes.get("initial") == NOT_KEPT:
-        raise reject("initial", NOT_KEPT, "this ensemble cannot be rerun without its initial state")
+        raise ArgumentError(
+            "initial", NOT_KEPT, "this ensemble cannot be rerun without its initial state"
+        )
     arguments["initial"] = _initial(run) if "initial" in attributes else None
     if not is_ensemble:
         # The original run was allowed.
@@ -106,7 +109,7 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
     try:
         attributes = parsed(text)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"the dataset's attribute sweep must be JSON ({error})") from None
+        raise InputError(f"the dataset's attribute sweep must be JSON ({error})") from None
     if isinstance(attributes, dict):
         attributes = {**attributes, "versions": None}
     definition = sweep.sweep_from(attributes, measures=measures)
@@ -118,19 +121,21 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
 def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], scene: Scene) -> None:
     unknown = {*map(str, run.dims)} - DIMENSIONS - scene.device.ensemble_dimensions
     if unknown or not run.sizes.get("time"):
-        raise reject("dimensions", [*run.dims], "must be those of one run")
+        raise ArgumentError("dimensions", [*run.dims], "must be those of one run")
     replicas, found = attributes.get("replicas"), run.sizes.get("replica")
     if type(replicas) is not type(found) or replicas != found:
-        raise reject(
+        raise ArgumentError(
             "replica", found, f"must be {replicas}, the number `replicas` in the attributes"
         )
     times = run.time.values
     if times.dtype.kind not in "iuf" or times.ndim != 1:
-        raise reject("time.dtype", str(times.dtype), "must be numeric, with one time per record")
+        raise ArgumentError(
+            "time.dtype", str(times.dtype), "must be numeric, with one time per record"
+        )
     expected = _times(attributes, scene, len(times))
     if len(times) > len(expected) or not np.allclose(times, expected, atol=0):
         sentence = "must be the times of a run's records, complete from the start"
-        raise reject("time", f"{times[0]:g} to {times[-1]:g}", sentence)
+        raise ArgumentError("time", f"{times[0]:g} to {times[-1]:g}", sentence)
 
 
 def _times(attributes: Mapping[str, Any], scene: Scene, most: int) -> NDArray[np.floating]:
@@ -140,7 +145,7 @@ def _times(attributes: Mapping[str, Any], scene: Scene, most: int) -> NDArray[np
     name = "sample_interval" if "sample_interval" in attributes else "record_interval"
     interval = check_integer(name, attributes[name], at_least=1)
     if interval >= LARGEST_STEP:
-        raise reject(name, interval, "must be less than 2^53")
+        raise ArgumentError(name, interval, "must be less than 2^53")
     if name == "sample_interval":
         burn_in = check_number("burn_in", attributes["burn_in"], at_least=0)
         own = scene.device.ensemble_times(scene, timestep, duration, interval, burn_in)
@@ -162,5 +167,5 @@ def _initial(run: xr.Dataset) -> xr.Dataset:
             sentence = (
                 "must be float64, since the run did not start from the scene's own initial state"
             )
-            raise reject(f"{name}.dtype", str(values.dtype), sentence)
+            raise ArgumentError(f"{name}.dtype", str(values.dtype), sentence)
     return first

@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Device
 from magmotor.device.movie import between
@@ -31,7 +32,7 @@ class BallDevice(Device[S, T], Generic[S, T]):
         able = self.methods(scene)
         if method not in able and method in self.methods(plain):
             reason = f"cannot have {field} = {getattr(scene, field)}"
-            raise reject("method", method, f"{reason}: must be one of {', '.join(able)}")
+            raise ArgumentError("method", method, f"{reason}: must be one of {', '.join(able)}")
 
     def contact_limit(self, scene: S, method: str) -> float:
         """Return the timestep (s) at which the contact that bears the ball becomes unstable."""
@@ -64,7 +65,7 @@ class BallDevice(Device[S, T], Generic[S, T]):
 
         if "orientation" not in run:
             method = run.attrs.get("method")
-            raise reject(
+            raise ArgumentError(
                 "method",
                 method,
                 "must be mujoco/* or variational/*, since other runs have no orientations to draw",

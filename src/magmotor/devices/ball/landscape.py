@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_array, reject
+from magmotor.common.checks import check_array
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.hints import shaped
 from magmotor.devices.ball.scene import BallScene, gravitational_energy
 from magmotor.dipoles import NOBODY, Packed, field_of, force_of, pack_sources
@@ -105,7 +106,9 @@ def critical_points(scene: BallScene, time: float = 0.0) -> list[CriticalPoint]:
     """
     sources = packed_sources(scene, time)
     if _count(sources) > MOST_DIPOLES:
-        raise reject("dipoles of the rings", _count(sources), f"must be at most {MOST_DIPOLES}")
+        raise ArgumentError(
+            "dipoles of the rings", _count(sources), f"must be at most {MOST_DIPOLES}"
+        )
     winding = _winding_number(scene, sources)
     found: list[CriticalPoint] = []
     for fineness, parts in FINENESS:
@@ -145,8 +148,8 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     if not found:
         sentence = f"V_e has no minimum within {REACH:g} ring radii of the center"
         if any(scene.floor_tilt):
-            raise reject("floor_tilt", scene.floor_tilt, f"is too steep: {sentence}")
-        raise reject("height of the ring", scene.near_ring(time)[1], sentence)
+            raise ArgumentError("floor_tilt", scene.floor_tilt, f"is too steep: {sentence}")
+        raise ArgumentError("height of the ring", scene.near_ring(time)[1], sentence)
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 
@@ -171,7 +174,7 @@ def saddle(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     """
     saddles = [p for p in critical_points(scene, time) if p.kind == "saddle"]
     if not saddles:
-        raise ValueError(
+        raise InputError(
             f"ring_height = {scene.near_ring(time)[1]}: V_e has no saddle under such a high ring"
         )
     return saddles[-1]

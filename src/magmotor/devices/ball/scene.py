@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.device.quantities import quantity
 from magmotor.numerics.reproducible import applied
@@ -53,11 +54,13 @@ class BallScene(Scene):
         for name in ("drag", "rotational_drag"):
             if self.surface == "plane" and getattr(self, name):
                 sentence = "must be zero when surface = 'plane'"
-                raise reject(name, getattr(self, name), sentence)
+                raise ArgumentError(name, getattr(self, name), sentence)
         if self.gravity == 0 and self.surface == "plane":
-            raise reject("gravity", self.gravity, "must be positive when surface = 'plane'")
+            raise ArgumentError("gravity", self.gravity, "must be positive when surface = 'plane'")
         if self.gravity == 0 and any(self.floor_tilt):
-            raise reject("gravity", self.gravity, "must be positive when floor_tilt is not zero")
+            raise ArgumentError(
+                "gravity", self.gravity, "must be positive when floor_tilt is not zero"
+            )
 
     @property
     def moment(self) -> float:

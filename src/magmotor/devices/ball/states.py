@@ -9,7 +9,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_array, reject
+from magmotor.common.checks import check_array
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.initial import initial_parts
 from magmotor.devices.ball.scene import BallScene
 
@@ -59,7 +60,7 @@ def _twin(name: str) -> str:
 def _check_no_twins(given: Mapping[str, Any]) -> None:
     for name in given:
         if name != _twin(name) and _twin(name) in given:
-            raise reject("initial", [*given], f"must have {name} or {_twin(name)}, not both")
+            raise ArgumentError("initial", [*given], f"must have {name} or {_twin(name)}, not both")
 
 
 def _rows(
@@ -72,13 +73,13 @@ def _rows(
         rows = np.insert(rows, 2, on_plane[name], axis=-1)
     if rows.shape not in {(size,), (replicas, size)}:
         each = f", or {replicas} rows of them" if replicas > 1 else ""
-        raise reject(label, value, f"must be {size} finite numbers{each}")
+        raise ArgumentError(label, value, f"must be {size} finite numbers{each}")
     rows = np.broadcast_to(rows, (replicas, size)).copy()
     if name in on_plane and scene.surface == "planar" and (rows[:, 2] != on_plane[name]).any():
-        raise reject(label, value, f"must have z = {on_plane[name]:g} on the plane")
+        raise ArgumentError(label, value, f"must have z = {on_plane[name]:g} on the plane")
     if name.endswith(("axis", "orientation")):
         if not rows.any(axis=1).all():
-            raise reject(label, value, "must not be zero")
+            raise ArgumentError(label, value, "must not be zero")
         lengths = np.linalg.norm(rows, axis=1, keepdims=True)
         rows /= np.where(abs(lengths - 1) < ROUNDING, 1.0, lengths)
     return rows

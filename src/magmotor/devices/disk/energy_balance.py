@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.analysis import OWN, analysis, checked_run
 from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
@@ -146,19 +146,19 @@ def _form(matrix: Array, u: Array, w: Array) -> Array:
 def _first_step(run: xr.Dataset) -> int:
     """Return the number of the run's first step, after a check that no later one is missing."""
     if "step" not in run.coords or run.step.dims != ("time",) or run.step.dtype.kind not in "iu":
-        raise reject(
+        raise ArgumentError(
             "coordinates",
             [*map(str, run.coords)],
             "must include step, a number for each time, as simulate writes it",
         )
     if not {"seed", "timestep"} <= {*run.attrs}:
-        raise reject(
+        raise ArgumentError(
             "attributes", [*run.attrs], "must include seed and timestep, as simulate writes them"
         )
     apart = np.diff(run.step.values)
     if (apart != 1).any():
         worst = int(apart[apart != 1][0])
-        raise reject(
+        raise ArgumentError(
             "steps between two records", worst, "must be 1, since the noise of every step is needed"
         )
     return int(run.step.values[0])
@@ -169,7 +169,7 @@ def _replicas(run: xr.Dataset) -> list[int]:
     if "replicas" not in run.attrs:
         return [0]
     if "replica" not in run.coords or run.replica.dtype.kind not in "iu":
-        raise reject(
+        raise ArgumentError(
             "coordinates", [*map(str, run.coords)], "must include replica, as simulate writes it"
         )
     return np.atleast_1d(run.replica.values).tolist()

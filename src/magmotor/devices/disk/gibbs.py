@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Count, Seed, number
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative, steepest_curvature
 from magmotor.devices.disk.theory.stationary import gibbs_deviations
@@ -54,11 +54,11 @@ def gibbs(
         `replicas` is less than 1, or `d` is given for a Langevin particle.
     """
     if not scene.noise:
-        raise reject(
+        raise ArgumentError(
             "noise", scene.noise, "must be positive, since the temperature is zero without it"
         )
     if d is not None and not scene.has_rotation:
-        raise reject("d", d, "must be None, since a Langevin particle does not rotate")
+        raise ArgumentError("d", d, "must be None, since a Langevin particle does not rotate")
     random = np.random.default_rng(seed)
     x = _positions(scene, replicas, random)
     v, *omega = gibbs_deviations(scene)
@@ -84,7 +84,7 @@ def _positions(scene: Disk | LangevinParticle, replicas: int, random: np.random.
         lowest, tries = float(energy.min()) - margin, max(replicas, 10**5)
         if scene.beta * (steepest_curvature(scene.coefficients) + margin) > COLDEST:
             sentence = f"must be so large that beta max|U''| is at most {COLDEST:g}"
-            raise reject("noise", scene.noise, sentence)
+            raise ArgumentError("noise", scene.noise, sentence)
     kept = np.empty(0)
     while len(kept) < replicas:
         x = random.uniform(0, 2 * math.pi, tries)

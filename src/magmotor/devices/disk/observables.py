@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import parsed_attributes
 from magmotor.common.hints import number
 from magmotor.device.analysis import OWN, analysis
@@ -64,7 +64,9 @@ def flight_survival(run: xr.Dataset) -> xr.Dataset:
     durations = run.flight_duration.values
     attributes = parsed_attributes(run.attrs)
     if "sample_interval" in attributes and not _has_all_bins(durations, attributes):
-        raise reject("flight_duration", durations.tolist(), "must have all bins of the ensemble")
+        raise ArgumentError(
+            "flight_duration", durations.tolist(), "must have all bins of the ensemble"
+        )
     ended, unfinished = run.flights.values, run.unfinished_flights.values
     at_risk = np.cumsum((ended + unfinished)[::-1])[::-1]
     seen = at_risk > 0
@@ -81,7 +83,7 @@ def _has_all_bins(durations: NDArray[np.float64], attributes: dict[str, Any]) ->
     """Whether durations include all bins, from one sample to the longest possible flight."""
     for name in ("timestep", "time_reached", "burn_in"):
         if name not in attributes:
-            raise reject("attributes", [*attributes], f"must include {name}")
+            raise ArgumentError("attributes", [*attributes], f"must include {name}")
     sample = attributes["sample_interval"] * attributes["timestep"]
     seen = attributes["time_reached"] - attributes["burn_in"]
     ratio = 2**0.25
@@ -119,7 +121,7 @@ def d_diffusion(run: xr.Dataset, scene: Disk = OWN) -> xr.Dataset:
     """
     replicas = run.sizes.get("replica", 1)
     if replicas < 2:
-        raise reject(
+        raise ArgumentError(
             "replicas", replicas, "must be at least 2, since D is the growth of their scatter"
         )
     d = (scene.sigma * run.omega - run.v).values
@@ -156,7 +158,7 @@ def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0
         The first record is not the start, or the factor is larger than any between two records.
     """
     if run.time.values[0] != 0:
-        raise reject(
+        raise ArgumentError(
             "first time in run",
             float(run.time[0]),
             "must be 0, since displacements count from the start",
@@ -166,7 +168,7 @@ def local_slope(run: xr.Dataset, factor: Annotated[float, number(above=1)] = 2.0
     end = np.searchsorted(times, factor * times[1:] * (1 - 1e-9))
     begin = np.flatnonzero(end < len(times)) + 1
     if not len(begin):
-        raise reject(
+        raise ArgumentError(
             "factor",
             factor,
             "must be at most the ratio of the last recorded time to the first after zero",

@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.checks import check_choice, check_number, reject
+from magmotor.common.checks import check_choice, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.device.quantities import check_fields, quantity
 from magmotor.numerics.reproducible import applied, product
@@ -40,15 +41,15 @@ def check_potential(potential: Any) -> str | Coefficients:
         sentence = (
             "must be one of " + ", ".join(NAMED) + ", or pairs (a_k, b_k) of Fourier coefficients"
         )
-        raise reject("potential", potential, sentence)
+        raise ArgumentError("potential", potential, sentence)
     if len(potential) > MOST_WAVES:
-        raise reject(
+        raise ArgumentError(
             "number of pairs in potential", len(potential), f"must be at most {MOST_WAVES}"
         )
     pairs: list[tuple[float, float]] = []
     for i, pair in enumerate(potential):
         if not isinstance(pair, tuple | list) or len(pair) != 2:
-            raise reject(
+            raise ArgumentError(
                 f"potential[{i}]", pair, f"must be a pair (a_{i + 1}, b_{i + 1}) of numbers"
             )
         a, b = (
@@ -109,7 +110,7 @@ class _Langevin(Scene):
         check_fields(self)
         object.__setattr__(self, "potential", check_potential(self.potential))
         if self.noise > 0 and self.friction == 0:
-            raise reject(
+            raise ArgumentError(
                 "friction",
                 self.friction,
                 "must be positive with noise, or the temperature would be infinite",
@@ -194,10 +195,12 @@ class Disk(_Langevin):
         super().__post_init__()
         for name in ("friction_ratio", "drag", "rotational_drag"):
             if self.surface == "plane" and getattr(self, name) > 0:
-                raise reject(name, getattr(self, name), "must be zero when surface = 'plane'")
+                raise ArgumentError(
+                    name, getattr(self, name), "must be zero when surface = 'plane'"
+                )
         if self.drag_temperature and not self.noise:
             sentence = "must be zero or None when noise = 0, since all noise is then off"
-            raise reject("drag_temperature", self.drag_temperature, sentence)
+            raise ArgumentError("drag_temperature", self.drag_temperature, sentence)
 
     @property
     def masses(self) -> tuple[float, ...]:

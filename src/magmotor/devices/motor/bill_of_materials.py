@@ -3,7 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError
 from magmotor.devices.motor.scene import Motor
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.grades import GRADES
@@ -125,13 +126,13 @@ def bill_of_materials(scene: Motor, grade: str) -> BillOfMaterials:
     if rest < -small / density or magnet > scene.ball_mass + small:
         sentence = f"its magnet of {2e3 * radius:.3g} mm and {1e3 * magnet:.3g} g does not fit"
         size = f"a ball of {2e3 * whole:.3g} mm and {1e3 * scene.ball_mass:.3g} g"
-        raise reject("grade", grade, f"must be stronger: {sentence} into {size}")
+        raise ArgumentError("grade", grade, f"must be stronger: {sentence} into {size}")
     if carrier < 0:
         most = strong * scene.inner_mass / (inner.count * inner.mass)
         total = f"{inner.count} magnets weigh {inner.count * inner.mass:.3g} kg"
         sentence = f"must be at most {most:.3g} A m^2 with this grade: {total}, but the inner ring"
         name = "moment of each inner magnet"
-        raise reject(name, strong, f"{sentence} has {scene.inner_mass:.3g} kg")
+        raise ArgumentError(name, strong, f"{sentence} has {scene.inner_mass:.3g} kg")
     shell = max(scene.ball_mass - magnet, 0.0)
     filled = rest > small / density
     across = 0.4 * magnet * radius**2

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from magmotor.common.checks import check_integer, reject
+from magmotor.common.checks import check_integer
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import register
 from magmotor.device.engine import Engine, Equation, MujocoAdapter
@@ -91,7 +92,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
             if not scene.is_noisy:
-                raise reject(
+                raise ArgumentError(
                     "replicas", replicas, "must be None: without noise all replicas are the same"
                 )
         if allow_unstable:
@@ -117,7 +118,7 @@ class MotorDevice(BallDevice[Motor, MotorStates]):
         parts = given_parts(scene, SIZES, initial, replicas or 1)
         if "ring_axis" in parts and (parts["ring_axis"][:, 2] < np.cos(LARGEST_TILT)).any():
             sentence = f"must be within {np.degrees(LARGEST_TILT):g} degrees of the vertical"
-            raise reject("initial['ring_axis']", parts["ring_axis"].tolist(), sentence)
+            raise ArgumentError("initial['ring_axis']", parts["ring_axis"].tolist(), sentence)
         columns = {name: p[np.newaxis] for name, p in parts.items() if name in state._fields}
         return state._replace(**columns)
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, Seconds
 from magmotor.devices.ball.landscape import aligned_energy, valley
 from magmotor.devices.motor.scene import Motor
@@ -88,7 +88,7 @@ def damper_shaking(scene: Motor) -> Shaking:
 
 def _shaking(name: str, noise: float, friction: float) -> Shaking:
     if not friction:
-        raise reject(name, friction, "must be positive, or shaking has no effect")
+        raise ArgumentError(name, friction, "must be positive, or shaking has no effect")
     return Shaking((noise / friction) ** 2)
 
 

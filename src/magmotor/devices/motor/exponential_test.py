@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import flags, integer, numbers, shaped
 
 LEVEL = 0.01
@@ -111,20 +111,20 @@ def exponential_test(
     values, limits = np.asarray(values, dtype=float), np.asarray(limits, dtype=float)
     censored = np.asarray(censored, dtype=bool)
     if not (values >= 0).all() or not values.any():
-        raise reject(
+        raise ArgumentError(
             "smallest duration",
             float(values.min()),
             "must be at least 0, and some duration must be positive",
         )
     completed = int(np.sum(~censored))
     if completed < max(2, len(values) / 2):
-        raise reject(
+        raise ArgumentError(
             "number of durations completed",
             completed,
             "must be at least 2 and at least half of all",
         )
     if np.any(values > limits):
-        raise reject(
+        raise ArgumentError(
             "largest duration over its limit", (values / limits).max(), "must be at most 1"
         )
     generator = np.random.default_rng(seed)

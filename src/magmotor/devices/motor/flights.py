@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import flags, shaped
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
@@ -188,7 +188,7 @@ def censored_mean(
     values = np.asarray(values, dtype=float)
     completed = ~np.asarray(censored, dtype=bool)
     if len(values) != len(completed):
-        raise reject(
+        raise ArgumentError(
             "lengths of values and censored", (len(values), len(completed)), "must be equal"
         )
     count = int(completed.sum())

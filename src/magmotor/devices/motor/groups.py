@@ -3,7 +3,8 @@
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from magmotor.common.checks import check_choice, check_number, reject
+from magmotor.common.checks import check_choice, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.grades import GRADES
 
@@ -98,7 +99,7 @@ def resized(scene: "Motor", inner_radius: float, grade: str, magnet_fraction: fl
     check_choice("grade", grade, tuple(GRADES))
     part = check_number("magnet_fraction", magnet_fraction, above=0)
     if part > 1:
-        raise reject("magnet_fraction", magnet_fraction, "must be at most 1")
+        raise ArgumentError("magnet_fraction", magnet_fraction, "must be at most 1")
     remanence, density = GRADES[grade]
     groups, radius = motor_groups(scene), scene.ball_radius * length / scene.inner_radius
     volume = 4 / 3 * math.pi * radius**3

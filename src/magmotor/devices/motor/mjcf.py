@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.job import Job
 from magmotor.devices.ball.contacts import add_contacts, tune_solver
 from magmotor.devices.ball.coordinates import BallCoordinates, neg_quat, rot_vec_quat
@@ -106,7 +106,7 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     """
     if scene.load_torque:
         sentence = "must be zero in MuJoCo, which has no force around an axis; use another engine"
-        raise reject("load_torque", scene.load_torque, sentence)
+        raise ArgumentError("load_torque", scene.load_torque, sentence)
     root = parts.load("motor", visual=visual)
     if visual:
         decorate(root, scene)

@@ -7,7 +7,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import NotNegative
 from magmotor.device.analysis import OWN, analysis
 from magmotor.device.observable import labeled
@@ -66,7 +66,7 @@ def mode_temperatures(
     late = run.isel(time=run.time >= run.time[0] + burn_in)
     if late.sizes["time"] < BATCHES:
         sentence = f"must leave at least {BATCHES} records"
-        raise reject("burn_in", burn_in, sentence)
+        raise ArgumentError("burn_in", burn_in, sentence)
     found = {name: mean_and_error(series) for name, series in _squares(late, scene).items()}
     columns: dict[str, Any] = {
         "temperature": ("mode", [mean for mean, _ in found.values()]),

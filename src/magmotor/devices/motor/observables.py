@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.analysis import analysis
 from magmotor.device.observable import Observable, labeled
 from magmotor.devices.ball.scene import BallScene
@@ -78,4 +78,4 @@ def _check_steps(angle: NDArray[np.float64], other: str) -> None:
     step = float(np.abs(np.diff(angle)).max(initial=0.0))
     if step > LARGEST_STEP:
         sentence = f"must be at most 1.57 rad: record more often, {other}"
-        raise reject("largest rotation between two records", round(step, 2), sentence)
+        raise ArgumentError("largest rotation between two records", round(step, 2), sentence)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.checks import check_choice, check_number, reject
+from magmotor.common.checks import check_choice, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.quantities import check_fields, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.devices.motor.groups import (
@@ -143,7 +144,7 @@ class Motor(BallScene):
                 object.__setattr__(self, name, value)
         check_fields(self)
         if self.axis is not None and not any(self.axis):
-            raise reject("axis", self.axis, "must have a nonzero component")
+            raise ArgumentError("axis", self.axis, "must have a nonzero component")
         self._check_rings()
         self._check_temperature()
         self._check_surroundings()
@@ -151,7 +152,7 @@ class Motor(BallScene):
             sentence = (
                 "must be zero when surface = 'plane', which needs MuJoCo, without such a force"
             )
-            raise reject("load_torque", self.load_torque, sentence)
+            raise ArgumentError("load_torque", self.load_torque, sentence)
 
     def _check_rings(self) -> None:
         top, reach = 2 * self.ball_radius, self.inner_radius * math.sin(LARGEST_TILT)
@@ -161,20 +162,20 @@ class Motor(BallScene):
         clear = math.hypot(self.outer_radius, self.outer_height - self.inner_height)
         if clear <= self.inner_radius:
             sentence = f"must be less than {clear:g} m: otherwise the rings overlap"
-            raise reject("inner_radius", self.inner_radius, sentence)
+            raise ArgumentError("inner_radius", self.inner_radius, sentence)
         if any(self.background_field) and self.inner_dipoles == 1:
             sentence = "must be zero with one inner dipole, whose torque in it is not modeled"
-            raise reject("background_field", self.background_field, sentence)
+            raise ArgumentError("background_field", self.background_field, sentence)
         across, _, axial = self.inner_moments
         if axial > 2 * across:
             sentence = f"must be at most twice the moment across the axis, {2 * across:g} kg m^2"
-            raise reject("inner_axial_inertia", axial, sentence)
+            raise ArgumentError("inner_axial_inertia", axial, sentence)
 
     def _check_temperature(self) -> None:
         for noise, friction in (("alpha_ball", "friction_ball"), ("alpha_ring", "friction_ring")):
             needed = self.temperature == "uniform" and getattr(self, noise) > 0
             if needed and getattr(self, friction) == 0:
-                raise reject(
+                raise ArgumentError(
                     friction, 0.0, f"must be positive with {noise} at a uniform temperature"
                 )
         ball, ring = (
@@ -183,7 +184,7 @@ class Motor(BallScene):
         )
         if self.temperature == "uniform" and not math.isclose(ball, ring, rel_tol=1e-9):
             sentence = f"must be friction_ball/alpha_ball^2 = {ball:g} when temperature = 'uniform'"
-            raise reject("friction_ring/alpha_ring^2", ring, sentence)
+            raise ArgumentError("friction_ring/alpha_ring^2", ring, sentence)
 
     @classmethod
     def paper(cls, run: str = "uniform-a", **changes: Any) -> "Motor":
@@ -290,7 +291,9 @@ class Motor(BallScene):
             The temperature is not uniform.
         """
         if self.temperature != "uniform":
-            raise reject("temperature", self.temperature, "must be uniform, or kT is undefined")
+            raise ArgumentError(
+                "temperature", self.temperature, "must be uniform, or kT is undefined"
+            )
         if not self.alpha_ring:
             return 0.0
         return self.noises[-1] ** 2 / (2 * self.frictions[-1])

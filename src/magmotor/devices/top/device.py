@@ -6,7 +6,8 @@ from typing import Any
 
 import xarray as xr
 
-from magmotor.common.checks import check_integer, check_number, reject
+from magmotor.common.checks import check_integer, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import register
 from magmotor.device.engine import Engine, Equation, MujocoAdapter
 from magmotor.device.job import METHODS as MUJOCO
@@ -87,7 +88,7 @@ class TopDevice(BallDevice[Top, BallStates]):
         """
         if replicas is not None:
             check_integer("replicas", replicas, at_least=1)
-            raise reject(
+            raise ArgumentError(
                 "replicas", replicas, "must be None: without noise all replicas are the same"
             )
         if allow_unstable:
@@ -212,7 +213,7 @@ class TopDevice(BallDevice[Top, BallStates]):
                 "the charts have no dry friction, with which the error depends on the coefficient"
                 " more than on the timestep: pass a method and a timestep to simulate"
             )
-            raise reject("coulomb_friction", scene.coulomb_friction, sentence)
+            raise ArgumentError("coulomb_friction", scene.coulomb_friction, sentence)
 
     def rates(self, scene: Top) -> tuple[float, ...]:
         """Return the rates of the spinning ball's fastest swing and of friction."""

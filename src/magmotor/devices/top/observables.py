@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from magmotor import dipoles
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Vectors
 from magmotor.device.analysis import OWN, analysis, checked_run
 from magmotor.device.observable import Observable, labeled
@@ -60,7 +60,7 @@ def momentum_map(scene: Top, axis: Vectors, angular_velocity: Vectors) -> Array:
     """
     if scene.is_unbalanced:
         sentence = "must be a balanced ball; simulate records the momentum map of another one"
-        raise reject("scene", scene, sentence)
+        raise ArgumentError("scene", scene, sentence)
     return scene.inertia[2] * np.sum(axis * angular_velocity, axis=-1)
 
 

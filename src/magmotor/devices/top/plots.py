@@ -8,7 +8,7 @@ import xarray as xr
 
 from magmotor.common import style
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Dpi, Picture
 from magmotor.common.measure_panels import averaged, draw_map
 from magmotor.device.analysis import analysis
@@ -153,13 +153,15 @@ def _check(data: xr.Dataset, scene: Top) -> None:
     if missing or any(data[name].dims != (name,) for name in FIELDS):
         swept, measured = " and ".join(FIELDS), " and ".join(MEASURES)
         sentence = f"must come from a sweep over {swept} that measures {measured}"
-        raise reject("variables of data", [*map(str, data.variables)], sentence)
+        raise ArgumentError("variables of data", [*map(str, data.variables)], sentence)
     if "sweep" in data.attrs:
         own = json.loads(data.attrs["sweep"]).get("scene_fields", {})
         for name in ("ball_radius", "ring_radius"):
             value = getattr(scene, name)
             if own.get(name, value) != value:
-                raise reject(f"scene.{name}", value, f"must be {own[name]!r}, as in the sweep")
+                raise ArgumentError(
+                    f"scene.{name}", value, f"must be {own[name]!r}, as in the sweep"
+                )
 
 
 FLAT = 1e-3

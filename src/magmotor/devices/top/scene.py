@@ -8,7 +8,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.common.checks import check_array, check_integer, check_number, reject
+from magmotor.common.checks import check_array, check_integer, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.quantities import check_fields, described, quantity
 from magmotor.devices.ball.scene import BallScene, ring_dipoles
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
@@ -63,12 +64,12 @@ def check_script(
         The times do not increase, a height is not above `lowest` or a tilt is not in [0, pi/2).
     """
     if not isinstance(script, tuple | list):
-        raise reject("ring_script", script, "must be a tuple of waypoints")
+        raise ArgumentError("ring_script", script, "must be a tuple of waypoints")
     checked: list[Waypoint] = []
     for i, entry in enumerate(script):
         name = f"ring_script[{i}]"
         if not isinstance(entry, tuple | list) or len(entry) not in (3, 4):
-            raise reject(name, entry, "must be time, height, tilt and optionally an azimuth")
+            raise ArgumentError(name, entry, "must be time, height, tilt and optionally an azimuth")
         time, height, tilt, around = Waypoint(*entry)
         waypoint = Waypoint(
             check_number(f"{name}.time", time, unit="s"),
@@ -77,7 +78,9 @@ def check_script(
             azimuth if around is None else check_number(f"{name}.azimuth", around, unit="rad"),
         )
         if checked and waypoint.time <= checked[-1].time:
-            raise reject(f"{name}.time", time, f"must be greater than {checked[-1].time:g} s")
+            raise ArgumentError(
+                f"{name}.time", time, f"must be greater than {checked[-1].time:g} s"
+            )
         checked.append(waypoint)
     return tuple(checked)
 
@@ -166,13 +169,13 @@ class Top(BallScene):
             if height <= self.ring_radius * math.sin(tilt):
                 limit = math.asin(height / self.ring_radius)
                 sentence = f"must be less than {limit:.4g} rad, where the ring touches the floor"
-                raise reject("tilt", tilt, sentence)
+                raise ArgumentError("tilt", tilt, sentence)
         if not any(self.axis):
-            raise reject("axis", self.axis, "must have a nonzero component")
+            raise ArgumentError("axis", self.axis, "must have a nonzero component")
         if self.inertia[2] > 2 * self.inertia[0]:
             limit = 2 * self.inertia[0]
             sentence = f"must be at most twice the moment across the axis, {limit:g} kg m^2"
-            raise reject("ball_axial_inertia", self.inertia[2], sentence)
+            raise ArgumentError("ball_axial_inertia", self.inertia[2], sentence)
         if self.is_unbalanced:
             self._check_mass_distribution()
         self._check_dry_friction()
@@ -183,29 +186,31 @@ class Top(BallScene):
         distance = math.hypot(*self.center_of_mass)
         if distance >= self.ball_radius:
             sentence = f"must be within the ball: its distance, {distance:g} m, must be less than"
-            raise reject("center_of_mass", self.center_of_mass, f"{sentence} {self.ball_radius:g}")
+            raise ArgumentError(
+                "center_of_mass", self.center_of_mass, f"{sentence} {self.ball_radius:g}"
+            )
         low, middle, high = np.linalg.eigvalsh(self.inertia_about_center_of_mass).tolist()
         if low <= 0:
             sentence = f"are too large: the smallest principal moment, {low:g} kg m^2, must be > 0"
-            raise reject("products_of_inertia", self.products_of_inertia, sentence)
+            raise ArgumentError("products_of_inertia", self.products_of_inertia, sentence)
         if high > (low + middle) * (1 + ROUNDING):
             sentence = (
                 f"are too large: the largest principal moment, {high:g} kg m^2, must be at most the"
                 f" sum of the others, {low + middle:g}"
             )
-            raise reject("products_of_inertia", self.products_of_inertia, sentence)
+            raise ArgumentError("products_of_inertia", self.products_of_inertia, sentence)
 
     def _check_dry_friction(self) -> None:
         """Check the order: MuJoCo's rolling friction needs torsional, and that needs Coulomb's."""
         names = ("coulomb_friction", "torsional_friction", "rolling_friction")
         for i, (name, value) in enumerate(zip(names, self.dry_friction, strict=True)):
             if value > 0 and self.surface == "planar":
-                raise reject(name, value, "must be zero unless surface = 'plane'")
+                raise ArgumentError(name, value, "must be zero unless surface = 'plane'")
             needed = value > 0 or any(self.dry_friction[i:])
             if needed and value < SMALLEST_DRY_FRICTION:
                 bound = f"at least {SMALLEST_DRY_FRICTION:g}, MuJoCo's minimum,"
                 others = " or ".join(names[i:])
-                raise reject(name, value, f"must be {bound} if {others} is positive")
+                raise ArgumentError(name, value, f"must be {bound} if {others} is positive")
 
     @classmethod
     def paper(cls, case: int = 4, **changes: Any) -> "Top":
@@ -261,7 +266,7 @@ class Top(BallScene):
 
         seconds = check_number("seconds", seconds, above=0, unit="s")
         for name in {"position", "axis", "ring_script"} & changes.keys():
-            raise reject(name, changes[name], "must not be given: it follows from the tilt")
+            raise ArgumentError(name, changes[name], "must not be given: it follows from the tilt")
         still = cls(**changes)
         (x, y, _), axis = resting_ball(still)
         around = still.tilt_azimuth, still.tilt_azimuth + 2 * math.pi

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.devices.ball.landscape import attitude, packed_sources, total_field
 from magmotor.devices.ball.resting import resting_ball
 from magmotor.devices.ball.slip import slip_velocity
@@ -39,7 +39,7 @@ def rotation_of(scene: Top, states: BallStates) -> Rotation:
     """
     if states.orientation is None:
         sentence = f"must be given for center_of_mass = {scene.center_of_mass}"
-        raise reject("states.orientation", None, f"{sentence} or products of inertia")
+        raise ArgumentError("states.orientation", None, f"{sentence} or products of inertia")
     return Rotation.from_quat(states.orientation, scalar_first=True)
 
 

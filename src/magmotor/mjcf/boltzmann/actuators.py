@@ -6,7 +6,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.lookup import disabled, label
 
 NONE, AFFINE = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
@@ -52,7 +52,7 @@ def springs(model: mujoco.MjModel) -> Iterator[Spring]:
             continue
         if reason := _refused(model, i):
             sentence = f"{reason}; disable the flag actuation, or pass `potential`"
-            raise reject("model", label(model, "actuator", i), sentence)
+            raise ArgumentError("model", label(model, "actuator", i), sentence)
         bounds = (
             model.actuator_forcerange[i] if model.actuator_forcelimited[i] else (-np.inf, np.inf)
         )

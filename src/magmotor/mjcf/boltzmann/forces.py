@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
+from magmotor.common.exceptions import InputError
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.lookup import label
@@ -49,7 +50,7 @@ def resting_forces(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
             contact = data.contact[data.efc_id[kinds > FRICTIONLESS][0]]
             both = " and ".join(label(model, "geom", geom) for geom in contact.geom)
             sentence = "the contact has friction, which has no potential; disable the flag contact"
-            raise ValueError(f"{both}: {sentence}")
+            raise InputError(f"{both}: {sentence}")
         one_sided = np.isin(kinds, (*LIMITS, FRICTIONLESS))
         rows = np.where(one_sided, np.maximum(rows, 0.0), np.where(kinds == EQUALITY, rows, 0.0))
         constraint = np.empty(model.nv)

@@ -15,8 +15,9 @@ from tqdm import tqdm
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_array, reject
+from magmotor.common.checks import check_array
 from magmotor.common.environment import physical_memory
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Count, Positive, Seed, integer
 from magmotor.mjcf.boltzmann.potential import Energy, potential_energy
 from magmotor.mjcf.declared import name_of
@@ -119,7 +120,9 @@ def metropolis(
     0.45
     """
     if 8 * replicas * samples * (model.nq + 1) > physical_memory():
-        raise reject("samples", samples, f"{replicas} x {samples} records do not fit in memory")
+        raise ArgumentError(
+            "samples", samples, f"{replicas} x {samples} records do not fit in memory"
+        )
     walker = _Walker(model, kT, potential)
     starts = _starts(model, initial, replicas)
     progress = tqdm(
@@ -151,7 +154,7 @@ def _starts(model: mujoco.MjModel, initial: ArrayLike | None, replicas: int) -> 
     """Return the first positions, shape (replicas, nq), with quaternions of length 1."""
     given = check_array("initial", model.qpos0 if initial is None else initial, ..., model.nq)
     if given.ndim > 1 and given.shape != (replicas, model.nq):
-        raise reject("shape of initial", given.shape, f"must be {(replicas, model.nq)}")
+        raise ArgumentError("shape of initial", given.shape, f"must be {(replicas, model.nq)}")
     starts = np.array(np.broadcast_to(given, (replicas, model.nq)), order="C")
     for start in starts:
         mujoco.mj_normalizeQuat(model, start)
@@ -171,7 +174,7 @@ class _Walker:
 
     def __init__(self, model: mujoco.MjModel, kT: float, potential: Energy | None):
         if not model.nv:
-            raise reject("number of joints", model.njnt, "must be at least 1")
+            raise ArgumentError("number of joints", model.njnt, "must be at least 1")
         self.model = positions_only(model)
         self.data = mujoco.MjData(self.model)
         self.kT = kT
@@ -194,7 +197,9 @@ class _Walker:
         """Return positions, energies, and the accepted fractions of the moves."""
         state = self.at(start)
         if not np.isfinite(state.density):
-            raise reject("initial", start.tolist(), "the potential energy must be finite there")
+            raise ArgumentError(
+                "initial", start.tolist(), "the potential energy must be finite there"
+            )
         steps = np.full(len(self.moves), FIRST_STEP)
         steps[-1] = 1.0 if len(steps) > 1 else FIRST_STEP
         for k in range(burn_in):
@@ -258,7 +263,7 @@ def _checked(potential: Energy) -> Energy:
             number = math.nan
         if math.isnan(number):
             sentence = "must be a number, which may be infinite where no position is allowed"
-            raise reject("potential(data)", value, sentence)
+            raise ArgumentError("potential(data)", value, sentence)
         return number
 
     return energy

@@ -6,7 +6,7 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.boltzmann.actuators import springs
 from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
@@ -64,10 +64,10 @@ def _joint_potentials(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 def _check(model: mujoco.MjModel) -> None:
     """Check that no other force of the position acts."""
     if model.nflex:
-        raise reject("number of flexes", model.nflex, f"must be zero {INSTEAD}")
+        raise ArgumentError("number of flexes", model.nflex, f"must be zero {INSTEAD}")
     if others := foreign_plugins(model):
         sentence = f"must be zero, except for those of magmotor, {INSTEAD}"
-        raise reject("number of plugins", others, sentence)
+        raise ArgumentError("number of plugins", others, sentence)
     contacts = [
         *(label(model, "pair", pair) for pair in range(model.npair)),
         *(
@@ -79,4 +79,4 @@ def _check(model: mujoco.MjModel) -> None:
     for flag, elements in {"contact": contacts, "equality": equalities}.items():
         if elements and not disabled(model, flag):
             sentence = f"its potential is unknown; disable the flag {flag} {INSTEAD}"
-            raise reject("model", elements[0], sentence)
+            raise ArgumentError("model", elements[0], sentence)

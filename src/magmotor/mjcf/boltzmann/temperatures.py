@@ -9,7 +9,8 @@ import xarray as xr
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_array, reject
+from magmotor.common.checks import check_array
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.boltzmann.forces import Forces, resting_forces, without_noise
 from magmotor.mjcf.boltzmann.metropolis import is_translation, joint_names, positions_only
 from magmotor.mjcf.callbacks import acting_forces
@@ -144,7 +145,7 @@ def configurational_temperature(
             "must be the effective_model of the Langevin that made this run, since it disabled"
             " flags or softened constraints"
         )
-        raise reject("model", "another one", sentence)
+        raise ArgumentError("model", "another one", sentence)
     magnetic = forces is None and acting_forces(model) & (DIPOLES | POTENTIALS)
     model = without_noise(model) if forces is None else model
     data = mujoco.MjData(model)
@@ -159,7 +160,9 @@ def configurational_temperature(
                 model, data, forces, positions[at]
             )
     if not (squares.any() and divergences.any()):
-        raise reject("model", "at the positions of run", "some force of the position must act")
+        raise ArgumentError(
+            "model", "at the positions of run", "some force of the position must act"
+        )
     temperature, error = ratio_and_error(squares, -divergences)
     units = {"units": "J"}
     return xr.Dataset(
@@ -207,15 +210,19 @@ def _records(run: xr.Dataset, **widths: int) -> list[Array]:
     found = []
     for name, width in widths.items():
         if name not in run:
-            raise reject("variables of run", [*map(str, run)], f"must contain {name!r}")
+            raise ArgumentError("variables of run", [*map(str, run)], f"must contain {name!r}")
         values = check_array(f"{name} of run", run[name], ..., width)
         if values.ndim not in (2, 3):
-            raise reject(f"shape of {name} of run", values.shape, "must be (replica, time, width)")
+            raise ArgumentError(
+                f"shape of {name} of run", values.shape, "must be (replica, time, width)"
+            )
         found.append(values[np.newaxis] if values.ndim == 2 else values)
     shapes = {values.shape[:2] for values in found}
     if len(shapes) > 1:
-        raise reject("shapes of run", [*shapes], "all variables must have the same times")
+        raise ArgumentError("shapes of run", [*shapes], "all variables must have the same times")
     replicas, times = shapes.pop()
     if times == 0 or replicas * times < BATCHES:
-        raise reject("number of records of run", replicas * times, f"must be at least {BATCHES}")
+        raise ArgumentError(
+            "number of records of run", replicas * times, f"must be at least {BATCHES}"
+        )
     return found

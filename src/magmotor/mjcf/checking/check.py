@@ -11,7 +11,8 @@ import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.checking.order import require_order
@@ -260,9 +261,9 @@ def _state(model: mujoco.MjModel, data: mujoco.MjData | None) -> mujoco.MjData:
         for name in ("qpos", "qvel", "mocap_pos", "mocap_quat", "ctrl", "act"):
             there, here = getattr(data, name), getattr(state, name)
             if there.shape != here.shape:
-                raise reject(f"shape of data.{name}", there.shape, f"must be {here.shape}")
+                raise ArgumentError(f"shape of data.{name}", there.shape, f"must be {here.shape}")
             if not np.isfinite(there).all():
-                raise reject(f"data.{name}", there, "must be finite")
+                raise ArgumentError(f"data.{name}", there, "must be finite")
             here[:] = there
     mujoco.mj_fwdPosition(model, state)
     return state

@@ -7,6 +7,8 @@ in a damaged binary, or where a program has assigned to a model.
 import mujoco
 import numpy as np
 
+from magmotor.common.exceptions import InputError
+
 
 def require_order(model: mujoco.MjModel) -> None:
     """Raise an error if the parts of a model are not in order."""
@@ -19,4 +21,4 @@ def require_order(model: mujoco.MjModel) -> None:
         valid = (count >= 0).all() and count.sum() == len(owner)
         valid &= (first == np.where(count > 0, np.cumsum(count) - count, -1)).all()
         if not (valid and (owner == np.repeat(np.arange(len(count)), count)).all()):
-            raise ValueError(f"model has {what} that do not agree")
+            raise InputError(f"model has {what} that do not agree")

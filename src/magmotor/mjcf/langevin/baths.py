@@ -10,7 +10,8 @@ from scipy.constants import Boltzmann
 from scipy.linalg import eigh
 
 from magmotor.common.arrays import Array, Integers
-from magmotor.common.checks import check_array, check_number, reject
+from magmotor.common.checks import check_array, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.friction import Friction, friction_matrix
 from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.mjcf.langevin.tree import Dampers
@@ -56,12 +57,16 @@ def read_kT(model: mujoco.MjModel, kT: float | Mapping[str, float]) -> dict[str,
     if not isinstance(kT, Mapping):
         return {"kT": check_number("kT", kT, at_least=0, unit="J")}
     if not kT:
-        raise reject("kT", dict(kT), "must name at least one joint, tendon, actuator or body")
+        raise ArgumentError(
+            "kT", dict(kT), "must name at least one joint, tendon, actuator or body"
+        )
     for name in kT:
         if name == "work":
-            raise reject("kT", name, "must be another name, since work is what `step` returns so")
+            raise ArgumentError(
+                "kT", name, "must be another name, since work is what `step` returns so"
+            )
         if all(number_of(model, kind, str(name)) < 0 for kind in KINDS):
-            raise reject("kT", name, "must be the name of a joint, tendon, actuator or body")
+            raise ArgumentError("kT", name, "must be the name of a joint, tendon, actuator or body")
     return {
         str(name): check_number(f"kT[{name!r}]", value, at_least=0, unit="J")
         for name, value in kT.items()
@@ -87,15 +92,15 @@ def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Frictio
     matrix = check_array("friction", friction, ..., model.nv).copy()
     if matrix.shape not in {(model.nv,), (model.nv, model.nv)}:
         sentence = f"its shape must be ({model.nv},) or ({model.nv}, {model.nv})"
-        raise reject("friction of shape", matrix.shape, sentence)
+        raise ArgumentError("friction of shape", matrix.shape, sentence)
     diagonal = matrix if matrix.ndim == 1 else np.diag(matrix)
     for dof in np.flatnonzero(diagonal < 0):
         name = label(model, "joint", model.dof_jntid[dof])
-        raise reject(f"friction of {name}", diagonal[dof], "must be zero or greater")
+        raise ArgumentError(f"friction of {name}", diagonal[dof], "must be zero or greater")
     if matrix.ndim == 1:
         return none._replace(dofs=matrix)
     if abs(matrix - matrix.T).max(initial=0) > SYMMETRY * abs(matrix).max(initial=0):
-        raise reject("friction", matrix.tolist(), "must be symmetric")
+        raise ArgumentError("friction", matrix.tolist(), "must be symmetric")
     symmetric = (matrix + matrix.T) / 2
     values, vectors = np.linalg.eigh(symmetric)
     if values.min(initial=0) < -SYMMETRY * values.max(initial=0):
@@ -104,7 +109,7 @@ def read_friction(model: mujoco.MjModel, friction: float | ArrayLike) -> Frictio
             f"must be positive semidefinite; its smallest eigenvalue belongs to a motion of"
             f" {label(model, 'joint', worst)}"
         )
-        raise reject("friction", f"matrix with the eigenvalue {values[0]:g}", sentence)
+        raise ArgumentError("friction", f"matrix with the eigenvalue {values[0]:g}", sentence)
     return none._replace(rows=_rows_of(symmetric))
 
 
@@ -151,7 +156,7 @@ def dampers_with_temperatures(
         ):
             if exists:
                 sentence = f"must be one temperature, since {what} belongs to no single joint"
-                raise reject("kT", kT, sentence)
+                raise ArgumentError("kT", kT, sentence)
     dofs = np.array(
         [
             baths.of("joint", model.dof_jntid[i]) if damping else 0
@@ -249,10 +254,10 @@ class _Baths:
                     return bath
         places = "its name or that of its body" if kind == "joint" else "its name"
         sentence = f"must have the temperature of {label(self._model, kind, number)}, by {places}"
-        raise reject("kT", self._names, sentence)
+        raise ArgumentError("kT", self._names, sentence)
 
     def check_used(self) -> None:
         """Check that every bath has a damper."""
         for bath, name in enumerate(self._names or []):
             if bath not in self._used:
-                raise reject("kT", name, "must be the name of something that damps")
+                raise ArgumentError("kT", name, "must be the name of something that damps")

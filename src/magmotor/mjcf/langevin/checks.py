@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import magmotor_plugin
-from magmotor.common.checks import check_array, check_number, reject
+from magmotor.common.checks import check_array, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.contacts import colliding_geoms, may_touch
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
@@ -90,7 +91,7 @@ def check_extensions(model: mujoco.MjModel, method: str) -> None:
     """Check that there are no flexes, no plugins with forces but ours, and no unsupported flags."""
     if model.nflex:
         sentence = f"must be zero: {method} does not support them"
-        raise reject("number of flexes", model.nflex, sentence)
+        raise ArgumentError("number of flexes", model.nflex, sentence)
     acting = {*model.body_plugin}
     acting |= set() if disabled(model, "actuation") else {*model.actuator_plugin}
     known = {*model.geom_plugin, *model.sensor_plugin, *model.actuator_plugin} - acting
@@ -101,12 +102,12 @@ def check_extensions(model: mujoco.MjModel, method: str) -> None:
             f"must be zero, except for magmotor.forces and those of geoms and sensors: {method}"
             " does not support them"
         )
-        raise reject("number of plugins", len(others), sentence)
+        raise ArgumentError("number of plugins", len(others), sentence)
     for flag, reason in UNSUITABLE.items():
         bit = int(getattr(mujoco.mjtEnableBit, f"mjENBL_{flag.upper()}", 0))
         contacts = flag in ("override", "speculative")
         if model.opt.enableflags & bit and (may_touch(model) or not contacts):
-            raise reject(f"flag {flag}", "enable", f"must be 'disable'{reason}")
+            raise ArgumentError(f"flag {flag}", "enable", f"must be 'disable'{reason}")
 
 
 def _check_options(model: mujoco.MjModel) -> None:
@@ -114,11 +115,13 @@ def _check_options(model: mujoco.MjModel) -> None:
     for field, what in UNSUPPORTED.items():
         count = getattr(model, field)
         if count and not (field == "neq" and disabled(model, "equality")):
-            raise reject(f"number of {what}", count, "must be zero: Baoab does not support them")
+            raise ArgumentError(
+                f"number of {what}", count, "must be zero: Baoab does not support them"
+            )
     for field in ("density", "viscosity"):
         if getattr(model.opt, field):
             sentence = "must be zero: Baoab does not support fluid forces"
-            raise reject(f"option {field}", getattr(model.opt, field), sentence)
+            raise ArgumentError(f"option {field}", getattr(model.opt, field), sentence)
 
 
 def check_zero(model: mujoco.MjModel, fields: Mapping[str, str | None]) -> None:
@@ -133,7 +136,7 @@ def check_zero(model: mujoco.MjModel, fields: Mapping[str, str | None]) -> None:
             kind = "tendon" if prefix == "tendon" else "joint"
             owner = label(model, kind, model.dof_jntid[i] if prefix == "dof" else i)
             alternative = f", or disabled by the flag {flag}" if flag else ""
-            raise reject(f"{owner}: {name}", value.tolist(), f"must be zero{alternative}")
+            raise ArgumentError(f"{owner}: {name}", value.tolist(), f"must be zero{alternative}")
 
 
 def _check_spatial_tendons(model: mujoco.MjModel) -> None:
@@ -141,7 +144,7 @@ def _check_spatial_tendons(model: mujoco.MjModel) -> None:
     fixed = model.wrap_type[model.tendon_adr] == int(mujoco.mjtWrap.mjWRAP_JOINT)
     for i in np.flatnonzero(model.tendon_damping * ~fixed):
         sentence = "must be zero unless the tendon is a fixed one"
-        raise reject(
+        raise ArgumentError(
             f"{label(model, 'tendon', i)}: damping", float(model.tendon_damping[i]), sentence
         )
 
@@ -150,7 +153,7 @@ def _check_body(model: mujoco.MjModel, body: int) -> None:
     """Check that a moving body is attached to the world by joints at its center of mass."""
     name, parent = label(model, "body", body), int(model.body_parentid[body])
     if model.body_weldid[parent] != 0:
-        raise reject(
+        raise ArgumentError(
             f"{name}: parent", label(model, "body", parent), "must be the world or fixed to it"
         )
     joints = model.body_jntadr[body] + np.arange(model.body_jntnum[body])
@@ -158,7 +161,7 @@ def _check_body(model: mujoco.MjModel, body: int) -> None:
     if (kinds[:-1] != SLIDE).any():
         names = [mujoco.mjtJoint(kind).name[6:].lower() for kind in kinds]
         sentence = "must be slides, followed by at most one hinge, ball or free joint"
-        raise reject(f"{name}: joints", names, sentence)
+        raise ArgumentError(f"{name}: joints", names, sentence)
     if kinds[-1] == SLIDE:
         return
     last = joints[-1]
@@ -167,11 +170,11 @@ def _check_body(model: mujoco.MjModel, body: int) -> None:
     if model.body_mass[body] * arm @ arm > ROUNDING * model.dof_M0[dofs[-3:]].min():
         sentence = f"must be at the center of mass, {model.body_ipos[body].tolist()}"
         owner = label(model, "joint", last)
-        raise reject(f"{owner}: pos", model.jnt_pos[last].tolist(), sentence)
+        raise ArgumentError(f"{owner}: pos", model.jnt_pos[last].tolist(), sentence)
     if kinds[-1] != HINGE and model.dof_armature[dofs].any():
         sentence = "must be zero: armature does not rotate with the body"
         owner = label(model, "joint", last)
-        raise reject(f"{owner}: armature", float(model.dof_armature[dofs].max()), sentence)
+        raise ArgumentError(f"{owner}: armature", float(model.dof_armature[dofs].max()), sentence)
 
 
 def _check_contacts(model: mujoco.MjModel) -> None:
@@ -182,12 +185,12 @@ def _check_contacts(model: mujoco.MjModel) -> None:
         if model.pair_friction[pair, 0] != ALWAYS_IN_CONE:
             sentence = f"must be {ALWAYS_IN_CONE:g}: only viscous contacts are supported"
             value = float(model.pair_friction[pair, 0])
-            raise reject(f"{label(model, 'pair', pair)}: friction", value, sentence)
+            raise ArgumentError(f"{label(model, 'pair', pair)}: friction", value, sentence)
     for one, other in colliding_geoms(model):
         both = " and ".join(label(model, "geom", i) for i in (one, other))
         value = model.geom_contype[[one, other]].tolist()
         sentence = "contype and conaffinity must be zero: collisions are not supported"
-        raise reject(f"{both}: contype", value, sentence)
+        raise ArgumentError(f"{both}: contype", value, sentence)
 
 
 def check_viscous(model: mujoco.MjModel, pair: int) -> int:
@@ -209,5 +212,5 @@ def check_viscous(model: mujoco.MjModel, pair: int) -> int:
     if off > ROUNDING * model.geom_size[sphere, 0]:
         sentence = f"must be at its body's center of mass, {model.body_ipos[body].tolist()}"
         name = label(model, "geom", sphere)
-        raise reject(f"{name}: pos", model.geom_pos[sphere].tolist(), sentence)
+        raise ArgumentError(f"{name}: pos", model.geom_pos[sphere].tolist(), sentence)
     return body

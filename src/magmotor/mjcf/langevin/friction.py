@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.mjcf.lookup import disabled, label
 
@@ -137,11 +137,11 @@ def _damping(model: mujoco.MjModel) -> tuple[Array, Array]:
         for i in np.flatnonzero(polynomials.any(axis=1)):
             owner = label(model, kind, model.dof_jntid[i] if kind == "joint" else i)
             sentence = f"damping that depends on velocity {NO_LAW}: {WITHOUT_DAMPER}"
-            raise reject(f"{owner}: dampingpoly", polynomials[i].tolist(), sentence)
+            raise ArgumentError(f"{owner}: dampingpoly", polynomials[i].tolist(), sentence)
         for i in np.flatnonzero(np.asarray(damping) < 0):
             owner = label(model, kind, model.dof_jntid[i] if kind == "joint" else i)
             sentence = f"negative damping {NO_LAW}: {WITHOUT_DAMPER}"
-            raise reject(f"{owner}: damping", damping[i], sentence)
+            raise ArgumentError(f"{owner}: damping", damping[i], sentence)
     return dofs, tendons
 
 
@@ -180,21 +180,21 @@ def _velocity_gain(model: mujoco.MjModel, i: int) -> float:
             why = "since its state changes by itself" if field == "dyntype" else "to be linear"
             sentence = f"must be {known}, {why}: {WITHOUT_ACTUATION}"
             word = kinds(kind).name.rpartition("_")[2].lower()
-            raise reject(f"{name}: {field}", word, sentence)
+            raise ArgumentError(f"{name}: {field}", word, sentence)
     if model.actuator_plugin[i] >= 0:
         number = int(model.actuator_plugin[i])
-        raise reject(f"{name}: plugin", number, f"must be none: {WITHOUT_ACTUATION}")
+        raise ArgumentError(f"{name}: plugin", number, f"must be none: {WITHOUT_ACTUATION}")
     if model.actuator_delay[i]:
         sentence = f"a delayed force {NO_LAW}: {WITHOUT_ACTUATION}"
-        raise reject(f"{name}: delay", model.actuator_delay[i], sentence)
+        raise ArgumentError(f"{name}: delay", model.actuator_delay[i], sentence)
     if model.actuator_gaintype[i] == AFFINE and model.actuator_gainprm[i, 2]:
         sentence = f"damping that depends on the control {NO_LAW}: {WITHOUT_ACTUATION}"
-        raise reject(f"{name}: gainprm[2]", model.actuator_gainprm[i, 2], sentence)
+        raise ArgumentError(f"{name}: gainprm[2]", model.actuator_gainprm[i, 2], sentence)
     if model.actuator_biastype[i] != AFFINE:
         return 0.0
     if model.actuator_biasprm[i, 2] > 0:
         sentence = f"must not be positive, since negative damping {NO_LAW}: {WITHOUT_ACTUATION}"
-        raise reject(f"{name}: biasprm[2]", model.actuator_biasprm[i, 2], sentence)
+        raise ArgumentError(f"{name}: biasprm[2]", model.actuator_biasprm[i, 2], sentence)
     return -model.actuator_biasprm[i, 2]
 
 
@@ -215,7 +215,7 @@ def _check_unlimited(model: mujoco.MjModel, i: int, outputs: Integers) -> None:
             f"must be without limits, since {label(model, 'actuator', i)} damps (its biasprm[2] is"
             f" not zero), and a damper that is clamped {NO_LAW}: {WITHOUT_ACTUATION}"
         )
-        raise reject(f"{label(model, kind, number)}: {field}", value.tolist(), sentence)
+        raise ArgumentError(f"{label(model, kind, number)}: {field}", value.tolist(), sentence)
 
 
 def _drag(model: mujoco.MjModel) -> tuple[Integers, Integers, Array]:
@@ -241,12 +241,14 @@ def _viscosity(model: mujoco.MjModel) -> float:
         return 0.0
     if model.opt.density:
         sentence = f"must be set to zero, since drag by the square of the velocity {NO_LAW}"
-        raise reject("option density", model.opt.density, sentence)
+        raise ArgumentError("option density", model.opt.density, sentence)
     if not 0 <= model.opt.viscosity < np.inf:
-        raise reject("option viscosity", model.opt.viscosity, "must be zero or greater, and finite")
+        raise ArgumentError(
+            "option viscosity", model.opt.viscosity, "must be zero or greater, and finite"
+        )
     if model.opt.viscosity and model.opt.wind.any():
         sentence = "must be zero in a viscous fluid, since wind drives the model"
-        raise reject("option wind", model.opt.wind.tolist(), sentence)
+        raise ArgumentError("option wind", model.opt.wind.tolist(), sentence)
     return model.opt.viscosity
 
 

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, check_integer, check_type, elements, reject
+from magmotor.common.checks import check_choice, check_integer, check_type, elements
 from magmotor.common.environment import physical_memory
+from magmotor.common.exceptions import ArgumentError, MagmotorError
 from magmotor.mjcf import hooks
 from magmotor.mjcf.langevin.baths import (
     dampers_with_temperatures,
@@ -77,7 +78,7 @@ STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """What `sample` copies of an initial state."""
 
 
-class LangevinDiverged(FloatingPointError):
+class LangevinDiverged(MagmotorError, FloatingPointError):
     """The motion of a replica could not be followed, was no longer finite, or became huge.
 
     Attributes
@@ -241,7 +242,7 @@ class Langevin(Thermostat):
         check_type("path", self._path, BrownianPath)
         if not math.isclose(self._path.timestep, model.opt.timestep, rel_tol=1e-9):
             sentence = f"must be the timestep of the model, {model.opt.timestep:g}"
-            raise reject("path.timestep", self._path.timestep, sentence)
+            raise ArgumentError("path.timestep", self._path.timestep, sentence)
         check_damped(own, given)
         for warning in loose_motions(own, given, mujoco_steps=steps):
             warnings.warn(warning, stacklevel=2)
@@ -366,7 +367,9 @@ class Langevin(Thermostat):
         records = nstep // every
         shape = replicas, records, nq + nv + baths + 1
         if 8 * np.prod(shape, dtype=float) > physical_memory():
-            raise reject("nstep", nstep, f"{replicas} x {records} records do not fit in memory")
+            raise ArgumentError(
+                "nstep", nstep, f"{replicas} x {records} records do not fit in memory"
+            )
         self._compile()
         if kT := max(self.kT.values()):
             forces = None if "S" in self._scheme.parts else self.forces
@@ -467,7 +470,7 @@ class Langevin(Thermostat):
         force = self._call(data, Steps(first=0, nstep=0))[1].force
         if not np.isfinite(force).all():
             sentence = "must be finite, and so must be positions and applied forces in data"
-            raise reject("forces", force.tolist(), sentence)
+            raise ArgumentError("forces", force.tolist(), sentence)
         return force
 
     def largest_timestep(self, data: mujoco.MjData) -> float:
@@ -496,13 +499,13 @@ class Langevin(Thermostat):
 
     def _check_parts(self) -> None:
         if "S" in self._scheme.parts:
-            raise reject("splitting", self.splitting, "must not consist of steps of MuJoCo")
+            raise ArgumentError("splitting", self.splitting, "must not consist of steps of MuJoCo")
 
     def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
         if steps.first == BY_TIME:
             if not abs(data.time / self._timestep) < LARGEST_STEP:
-                raise reject("data.time", data.time, "must be less than 2^53 timesteps")
+                raise ArgumentError("data.time", data.time, "must be less than 2^53 timesteps")
             steps = steps._replace(first=math.floor(data.time / self._timestep + 0.5))
         done, room = self._call(data, steps)
         following = steps.first + done if done == steps.nstep else BY_TIME
@@ -540,4 +543,4 @@ class Langevin(Thermostat):
         for name in forbidden:
             if getattr(mujoco, f"get_mjcb_{name}")() is not None:
                 sentence = "must not be set (by magnetism(), either) while this Langevin runs"
-                raise reject(f"mjcb_{name}", "a function", sentence)
+                raise ArgumentError(f"mjcb_{name}", "a function", sentence)

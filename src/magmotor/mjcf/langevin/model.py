@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import numbers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import NOISE
@@ -143,7 +143,9 @@ def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
             "must be zero: put slides at right angles, and align the frames of bodies on ball"
             " joints with their principal axes"
         )
-        raise reject(f"inertia between {' and '.join(joints)}", inertia[one, other], sentence)
+        raise ArgumentError(
+            f"inertia between {' and '.join(joints)}", inertia[one, other], sentence
+        )
     return masses.copy()
 
 
@@ -193,7 +195,7 @@ def _torque_channel(model: mujoco.MjModel, body: int) -> int:
             "since the moments of inertia differ, Brownian torques must be three rows of equal"
             " torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a)"
         )
-        raise reject(f"{label(model, 'body', body)}: user", rows.tolist(), sentence)
+        raise ArgumentError(f"{label(model, 'body', body)}: user", rows.tolist(), sentence)
     return first
 
 
@@ -234,12 +236,16 @@ def _contact_damping(
         geoms = {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}
         found = [c for c in active if set(c.geom.tolist()) == geoms and c.efc_address >= 0]
         if len(found) != 1:
-            raise reject(f"{name}: active contacts at qpos0", len(found), "must be exactly one")
+            raise ArgumentError(
+                f"{name}: active contacts at qpos0", len(found), "must be exactly one"
+            )
         body = check_viscous(model, pair)
         if any(ball.body == body and not ball.isotropic for ball in balls):
             moments = model.body_inertia[body].tolist()
             sentence = f"must be equal, since {name} acts on it"
-            raise reject(f"{label(model, 'body', body)}: moments of inertia", moments, sentence)
+            raise ArgumentError(
+                f"{label(model, 'body', body)}: moments of inertia", moments, sentence
+            )
         damping += _slip_damping(model, data, found[0], name, masses, body)
     return damping
 
@@ -251,12 +257,14 @@ def _slip_damping(model, data, contact: Any, name: str, masses: Array, body: int
     normal, *tangents = product(contact.frame.reshape(3, 3), jacobian)
     if abs(normal).max() > ROUNDING * np.abs(tangents).max():
         sentence = "must be held at a fixed height, since the contact bears no load"
-        raise reject(f"{name}: {label(model, 'body', body)}", "free to leave the plane", sentence)
+        raise ArgumentError(
+            f"{name}: {label(model, 'body', body)}", "free to leave the plane", sentence
+        )
     slip = np.array(tangents)
     inverse_inertia = float(np.max(np.sum(slip**2 / masses, axis=1)))
     regularization = data.efc_R[contact.efc_address + 1] / inverse_inertia
     if regularization < WEAKEST_REGULARIZATION:
         sentence = f"must be at least {WEAKEST_REGULARIZATION:g}: a smaller impratio increases it"
-        raise reject(f"{name}: R/A", regularization, sentence)
+        raise ArgumentError(f"{name}: R/A", regularization, sentence)
     damping = -contact.solreffriction[1] / resistance(data, contact, inverse_inertia)
     return damping * product(slip.T, slip)

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf import layout
 from magmotor.mjcf.langevin.friction import AFFINE, ON_JOINTS, Friction
 from magmotor.mjcf.langevin.tree import coupling_constraints
@@ -40,19 +41,19 @@ def check_inertia(model: mujoco.MjModel) -> None:
     for dof in np.flatnonzero(data.qLDiagInv > SMALLEST_INERTIA**-1):
         name = label(model, "joint", model.dof_jntid[dof])
         sentence = "must be positive: give its body a mass, or the joint an armature"
-        raise reject(f"{name}: inertia at qpos0", 0.0, sentence)
+        raise ArgumentError(f"{name}: inertia at qpos0", 0.0, sentence)
 
 
 def check_damped(model: mujoco.MjModel, friction: Friction) -> None:
     """Check that something damps, since else the noise has no power."""
     if model.nv == 0:
-        raise reject("number of joints", 0, "must be at least one: nothing can move")
+        raise ArgumentError("number of joints", 0, "must be at least one: nothing can move")
     if not (friction.rate or any(part.any() for part in (*friction[:4], friction.rows))):
         sentence = (
             "must damp something, or else kT is never reached: add damping to joints or viscosity"
             " to the model's options, or give a rate such as friction=1.0"
         )
-        raise reject("friction", 0.0, sentence)
+        raise ArgumentError("friction", 0.0, sentence)
 
 
 def couplings(model: mujoco.MjModel, friction: Friction) -> tuple[bool, list[list[int]]]:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import mujoco
 
+from magmotor.common.exceptions import InputError
 from magmotor.mjcf.langevin.own_model import copy_with
 
 FLAGS = "damper", "limit", "equality", "actuation", "frictionloss", "contact"
@@ -28,14 +29,14 @@ def refusal_with_remedies(
     """
     needed = [flag for flag in FLAGS if flag not in disable]
     if _refusal(model, check, [*disable, *needed]):
-        return ValueError(f"{refused} ({APPROXIMATE})")
+        return InputError(f"{refused} ({APPROXIMATE})")
     for flag in tuple(needed):
         fewer = [other for other in needed if other != flag]
         needed = needed if _refusal(model, check, [*disable, *fewer]) else fewer
     others = [[*disable, *(other for other in needed if other != flag)] for flag in needed]
     obstacles = "; ".join(_refusal(model, check, flags) for flags in others)
     ignored = "these" if len(needed) > 1 else "this"
-    return ValueError(
+    return InputError(
         f"{obstacles} (disable={[*disable, *needed]} lets Langevin ignore {ignored}; {APPROXIMATE})"
     )
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_integer, check_number, check_type, reject
+from magmotor.common.checks import check_integer, check_number, check_type
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.checks import check_numbers
 from magmotor.mjcf.langevin.dry_friction import dry_contacts, dry_joints
 from magmotor.mjcf.langevin.friction import (
@@ -175,7 +176,9 @@ class JointNoise:
         self._scratch = mujoco.MjData(model)
         self._turns = any(c.any() for c in self._friction[1:4])
         if not (self._turns or self._friction.dofs.any()):
-            raise reject("friction of the model", 0, "must not be zero: nothing would reach kT")
+            raise ArgumentError(
+                "friction of the model", 0, "must not be zero: nothing would reach kT"
+            )
         if dry := dry_joints(model) + dry_contacts(model):
             more = f", and {len(dry) - 1} more" if len(dry) > 1 else ""
             warnings.warn(
@@ -206,9 +209,9 @@ class JointNoise:
         model, scratch = self._model, self._scratch
         check_type("data", data, mujoco.MjData)
         if data.model is not model:
-            raise reject("data.model", data.model, "must be the model of this JointNoise")
+            raise ArgumentError("data.model", data.model, "must be the model of this JointNoise")
         if not abs(data.time / model.opt.timestep) < LARGEST_STEP:
-            raise reject("data.time", data.time, "must be less than 2^53 timesteps")
+            raise ArgumentError("data.time", data.time, "must be less than 2^53 timesteps")
         if self._turns:
             scratch.qpos[:], scratch.mocap_pos[:] = data.qpos, data.mocap_pos
             scratch.mocap_quat[:] = data.mocap_quat
@@ -221,13 +224,15 @@ class JointNoise:
             force = rows.T @ (amplitudes * numbers)
         if not np.isfinite(force).all():
             sentence = "must be finite, and so must be the positions in data"
-            raise reject("force", force.tolist(), sentence)
+            raise ArgumentError("force", force.tolist(), sentence)
         return force
 
 
 def _no_row(name: str, value: float, why: str) -> ValueError:
     """Return the error for a damper that no Brownian wrench matches."""
-    return reject(name, value, f"no wrench of the world can match it, since it {why}: {INSTEAD}")
+    return ArgumentError(
+        name, value, f"no wrench of the world can match it, since it {why}: {INSTEAD}"
+    )
 
 
 def _check_dampers(model: mujoco.MjModel, friction: Friction) -> None:

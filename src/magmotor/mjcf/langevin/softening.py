@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.langevin.own_model import SMALLEST_INERTIA
 from magmotor.mjcf.lookup import disabled, label
@@ -45,7 +45,7 @@ def soften(own: mujoco.MjModel) -> None:
     rigid = own.tendon_limited * (own.tendon_invweight0 < SMALLEST_INERTIA)
     for tendon in [] if disabled(own, "limit") else np.flatnonzero(rigid):
         sentence = "must be off, since the tendon does not move at qpos0, which makes it rigid"
-        raise reject(f"{label(own, 'tendon', tendon)}: limited", True, sentence)
+        raise ArgumentError(f"{label(own, 'tendon', tendon)}: limited", True, sentence)
     contacts = _colliding(own)
     kinds = {
         "joint limits": (own.jnt_solref, own.jnt_solimp, own.jnt_limited, "limit"),

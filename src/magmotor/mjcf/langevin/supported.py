@@ -8,7 +8,8 @@ some actuators depend on the configuration without being a gradient.
 import mujoco
 import numpy as np
 
-from magmotor.common.checks import check_array, reject
+from magmotor.common.checks import check_array
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.checks import check_extensions, check_numbers, check_zero
 from magmotor.mjcf.langevin.contacts import possible_contacts
 from magmotor.mjcf.langevin.friction import (
@@ -94,11 +95,13 @@ def _check_armature(model: mujoco.MjModel) -> None:
         armature = model.dof_armature[last - 3 : last]
         if (armature != armature[0]).any():
             sentence = "must be the same about all three axes"
-            raise reject(f"{label(model, 'joint', joint)}: armature", armature.tolist(), sentence)
+            raise ArgumentError(
+                f"{label(model, 'joint', joint)}: armature", armature.tolist(), sentence
+            )
     on_tendons = np.isin(model.actuator_trntype, ON_TENDONS)
     for i in np.flatnonzero(model.actuator_armature * on_tendons):
         sentence = f"must be zero on a tendon: {METHOD} does not support it"
-        raise reject(
+        raise ArgumentError(
             f"{label(model, 'actuator', i)}: armature", model.actuator_armature[i], sentence
         )
 
@@ -107,7 +110,7 @@ def _check_compensation(model: mujoco.MjModel) -> None:
     """Check that no actuator compensates gravity, which its limits would cut off."""
     for joint in np.flatnonzero(model.jnt_actgravcomp * model.body_gravcomp.any()):
         sentence = "must be false: let the body's gravcomp act without actuators"
-        raise reject(f"{label(model, 'joint', joint)}: actuatorgravcomp", True, sentence)
+        raise ArgumentError(f"{label(model, 'joint', joint)}: actuatorgravcomp", True, sentence)
 
 
 def _check_equalities(model: mujoco.MjModel) -> None:
@@ -117,7 +120,7 @@ def _check_equalities(model: mujoco.MjModel) -> None:
     for i in np.flatnonzero(~np.isin(model.eq_type, EQUALITIES)):
         kind = mujoco.mjtEq(model.eq_type[i]).name[5:].lower()
         sentence = "must be connect, weld, joint or tendon: remove it or disable the flag equality"
-        raise reject(f"{label(model, 'equality', i)}: type", kind, sentence)
+        raise ArgumentError(f"{label(model, 'equality', i)}: type", kind, sentence)
 
 
 def _check_actuators(model: mujoco.MjModel) -> None:
@@ -128,7 +131,7 @@ def _check_actuators(model: mujoco.MjModel) -> None:
         name, kind = label(model, "actuator", i), int(model.actuator_trntype[i])
         if kind == int(mujoco.mjtTrn.mjTRN_BODY):
             sentence = f"must not be a body, since adhesion has no potential: {WITHOUT_ACTUATION}"
-            raise reject(f"{name}: transmission", "body", sentence)
+            raise ArgumentError(f"{name}: transmission", "body", sentence)
         rotates = kind == int(mujoco.mjtTrn.mjTRN_SITE) or (
             kind in ON_JOINTS
             and model.jnt_type[model.actuator_trnid[i, 0]] <= int(mujoco.mjtJoint.mjJNT_BALL)
@@ -140,7 +143,9 @@ def _check_actuators(model: mujoco.MjModel) -> None:
                 "must act on a hinge, a slide, a tendon or a slider-crank, since its force depends"
                 f" on the position and has no potential otherwise: {WITHOUT_ACTUATION}"
             )
-            raise reject(f"{name}: transmission", mujoco.mjtTrn(kind).name[6:].lower(), sentence)
+            raise ArgumentError(
+                f"{name}: transmission", mujoco.mjtTrn(kind).name[6:].lower(), sentence
+            )
         if kind not in ON_JOINTS:
             _check_joint_limits(model, data, i)
 
@@ -158,7 +163,7 @@ def _check_joint_limits(model: mujoco.MjModel, data: mujoco.MjData, actuator: in
                     f" {WITHOUT_ACTUATION}"
                 )
                 value = model.jnt_actfrcrange[joint].tolist()
-                raise reject(f"{label(model, 'joint', joint)}: actfrcrange", value, sentence)
+                raise ArgumentError(f"{label(model, 'joint', joint)}: actfrcrange", value, sentence)
 
 
 def _check_contacts(model: mujoco.MjModel) -> None:
@@ -166,7 +171,7 @@ def _check_contacts(model: mujoco.MjModel) -> None:
     for contact in possible_contacts(model):
         if contact.sliding_friction == ALWAYS_IN_CONE:
             sentence = "viscous contacts are for bodies hung on the world one by one: use mm.Baoab"
-            raise reject(f"{contact.name}: friction", contact.sliding_friction, sentence)
+            raise ArgumentError(f"{contact.name}: friction", contact.sliding_friction, sentence)
         kinds = [mujoco.mjtGeom(model.geom_type[i]).name[7:].lower() for i in contact.geoms]
         if frozenset(kinds) not in SMOOTH:
             both = " and ".join(label(model, "geom", geom) for geom in contact.geoms)
@@ -174,10 +179,10 @@ def _check_contacts(model: mujoco.MjModel) -> None:
                 "their contact points jump, so that the force has no potential: use spheres or"
                 " capsules, or boxes and cylinders on planes; or disable the flag contact"
             )
-            raise reject(f"{both}: types", " and ".join(kinds), sentence)
+            raise ArgumentError(f"{both}: types", " and ".join(kinds), sentence)
         if contact.dimension > 1:
             sentence = f"must be 1, since dry friction has no temperature: {WITHOUT_CONTACT}"
-            raise reject(f"{contact.name}: condim", contact.dimension, sentence)
+            raise ArgumentError(f"{contact.name}: condim", contact.dimension, sentence)
         if any(contact.adhesion):
             sentence = f"must be zero, since it has no potential: {WITHOUT_CONTACT}"
-            raise reject(f"{contact.name}: adhesion", contact.adhesion, sentence)
+            raise ArgumentError(f"{contact.name}: adhesion", contact.adhesion, sentence)

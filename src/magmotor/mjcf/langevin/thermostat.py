@@ -12,8 +12,9 @@ import numpy as np
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_floats, check_integer, check_type, reject
+from magmotor.common.checks import check_floats, check_integer, check_type
 from magmotor.common.environment import physical_memory
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf.forces.magnetic_state import stack_bytes
 from magmotor.noise import LARGEST_STEP
@@ -124,7 +125,7 @@ class Thermostat(ABC):
         self._check_data(data)
         remaining = check_integer("nstep", nstep, at_least=0)
         if remaining >= LARGEST_STEP:
-            raise reject("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
+            raise ArgumentError("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
         following = BY_TIME
         for _, count in pieces(remaining):
             steps = Steps(following, count, exchanged=exchanged)
@@ -177,7 +178,9 @@ class Thermostat(ABC):
         for used in data:
             self._check_data(used)
         if len({id(used) for used in data}) < len(data):
-            raise reject("data", data, "must not contain one mjData twice: each is for one thread")
+            raise ArgumentError(
+                "data", data, "must not contain one mjData twice: each is for one thread"
+            )
         width = 1 + self.model.nq + self.model.nv
         check_floats("initial_state", initial_state, "replicas", width)
         size = mujoco.mj_stateSize(self.model, control_spec)
@@ -185,7 +188,7 @@ class Thermostat(ABC):
             check_floats("control", control, "replicas", 1, size)
         room = physical_memory() / (8 * max(1, len(initial_state) * self._recorded))
         if nstep > room:
-            raise reject("nstep", nstep, f"must be at most {int(room)} to fit in memory")
+            raise ArgumentError("nstep", nstep, f"must be at most {int(room)} to fit in memory")
         start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
         paths = np.empty((len(initial_state), nstep, self._recorded))
 
@@ -213,12 +216,12 @@ class Thermostat(ABC):
     def _check_data(self, data: mujoco.MjData) -> None:
         if data.model is not self.model:
             name = type(self).__name__
-            raise reject("data.model", data.model, f"must be the model of this {name}")
+            raise ArgumentError("data.model", data.model, f"must be the model of this {name}")
 
     def _check_run(self, data: mujoco.MjData) -> None:
         """Check that the timestep is the same still, and that there is memory for the dipoles."""
         if self.model.opt.timestep != self._timestep:
-            raise reject(
+            raise ArgumentError(
                 "timestep",
                 self.model.opt.timestep,
                 f"must still be {self._timestep:g}, since {type(self).__name__} reads it only once",

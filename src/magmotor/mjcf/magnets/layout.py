@@ -13,7 +13,7 @@ import numpy as np
 
 from magmotor import dipoles
 from magmotor.common.arrays import Array, Integers
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.magnets.bodies import Cuboid, Orders, Tube
 from magmotor.numerics.magnet_shapes import Cloud
 
@@ -78,7 +78,7 @@ def smallest_layout(
             if judge.accepts((points, parts)):
                 return size * points, parts
     touching = f"for magnets that touch, error=0.5 and gap={_contact_gap(body):.2g}"
-    raise reject(
+    raise ArgumentError(
         "error",
         error,
         f"requires more than {LIMIT} dipoles at gap = {gap:g} m: choose a larger error or gap;"

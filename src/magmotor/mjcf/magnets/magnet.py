@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_array, check_choice, check_number, reject
+from magmotor.common.checks import check_array, check_choice, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, number, numbers
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.bodies import Ball, Cuboid, Geom, Tube
@@ -72,17 +73,17 @@ class Magnet:
         size = tuple(np.ravel(check_array("size", self.size)).tolist())
         sentence = f"must be ({', '.join(names)}) for a {self.shape}, in m"
         if len(size) != len(names):
-            raise reject("size", size, sentence)
+            raise ArgumentError("size", size, sentence)
         for name, length in zip(names, size, strict=True):
             check_number(name, length, above=0, unit="m")
         if self.shape == "ring" and size[0] >= size[1]:
-            raise reject("size", size, f"{sentence}, the first smaller than the second")
+            raise ArgumentError("size", size, f"{sentence}, the first smaller than the second")
         self._set("size", size)
         for name, unit in (("remanence", "T"), ("density", "kg/m^3")):
             self._set(name, check_number(name, getattr(self, name), above=0, unit=unit))
         vector = check_array("direction", self.direction, 3)
         if not (length := math.hypot(*vector)):
-            raise reject("direction", self.direction, "must not be zero")
+            raise ArgumentError("direction", self.direction, "must not be zero")
         self._set("direction", tuple(float(part / length) for part in vector))
 
     def _set(self, name: str, value: Any) -> None:
@@ -285,7 +286,7 @@ def magnet(
     0.406 A m², 2.95 g
     """
     if (remanence is None) == (grade is None):
-        raise reject("remanence and grade", (remanence, grade), "give exactly one of them")
+        raise ArgumentError("remanence and grade", (remanence, grade), "give exactly one of them")
     usual = NDFEB
     if grade is not None:
         check_choice("grade", grade, tuple(GRADES))

@@ -7,7 +7,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_integer, check_number, reject
+from magmotor.common.checks import check_integer, check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.device.provenance import attributes_of
 from magmotor.devices.disk.ensemble.statistics import (
     BINS,
@@ -60,7 +61,7 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     burn_in = check_number("burn_in", burn_in, at_least=0)
     samples = int(duration / (sample_interval * timestep) * (1 + 1e-12))
     if burn_in / (sample_interval * timestep) >= samples - 3.5:
-        raise reject(
+        raise ArgumentError(
             "burn_in", burn_in, f"must be at most {(samples - 4) * sample_interval * timestep:g}"
         )
     first = round(burn_in / (sample_interval * timestep))

@@ -15,12 +15,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from magmotor.common.checks import check_choice, reject
+from magmotor.common.checks import check_choice
 from magmotor.common.environment import thread_count
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.interrupts import deferred
 from magmotor.device.checkpoint import Checkpoint, Expected
-from magmotor.device.exceptions import SimulationInterrupted, stopped
 from magmotor.device.states import checksum
+from magmotor.device.stops import SimulationInterrupted, stopped
 from magmotor.devices.disk.ensemble.result import Plan, plan, result
 from magmotor.devices.disk.ensemble.statistics import (
     POWERS,
@@ -73,11 +74,13 @@ def ensemble(
     check_choice("method", method, scene.device.methods(scene))
     seed = check_seed(seed)
     if trajectories > replicas:
-        raise reject(
+        raise ArgumentError(
             "trajectories", trajectories, f"must be at most {replicas}, the number of replicas"
         )
     if not scene.noise:
-        raise reject("noise", scene.noise, "must be positive, or all replicas would be the same")
+        raise ArgumentError(
+            "noise", scene.noise, "must be positive, or all replicas would be the same"
+        )
     steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
     when = plan(timestep, duration, steps, burn_in)
     device: Any = scene.device
@@ -103,7 +106,9 @@ def ensemble(
         run = EnsembleRun(scene, task, when, first, checkpoint, advance, coefficients)
         return run.to_the_end(threads or thread_count())
     if threads is not None:
-        raise reject("threads", threads, "must be left out, since MuJoCo uses all processors")
+        raise ArgumentError(
+            "threads", threads, "must be left out, since MuJoCo uses all processors"
+        )
     samples = simulate(
         scene, method=method, timestep=timestep, seed=seed, replicas=replicas, initial=initial,
         duration=when.samples * when.interval * timestep, record_interval=when.interval,

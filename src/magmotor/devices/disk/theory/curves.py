@@ -8,8 +8,8 @@ from scipy.linalg import eigh_tridiagonal
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
 from magmotor.common.environment import physical_memory
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Times
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.flat import (
@@ -47,7 +47,7 @@ class DiskTheory:
     def reduced(self) -> ReducedDisk:
         """The reduced equation of the disk's d."""
         if not isinstance(self.scene, Disk):
-            raise reject("scene", self.scene, "must be a Disk, since only a disk has d")
+            raise ArgumentError("scene", self.scene, "must be a Disk, since only a disk has d")
         return ReducedDisk(self.scene)
 
     @checked
@@ -114,7 +114,9 @@ class DiskTheory:
         for exponent in range(-99, 100):
             if k**2 * flat_variance_from_rest(self.scene, 2.0**exponent) > 1:
                 return 2.0**exponent
-        raise reject("noise", self.scene.noise, "must be larger, so that x forgets the phase of U")
+        raise ArgumentError(
+            "noise", self.scene.noise, "must be larger, so that x forgets the phase of U"
+        )
 
     def _phase(self, k: int, t: float) -> float:
         """Return E[cos k x_t] from rest on flat U."""
@@ -130,7 +132,7 @@ class DiskTheory:
         """Rates and weights of E[d_t]/d_0: the reduced equation's modes that are odd in d."""
         cells = len(self.reduced.d)
         if 16 * cells**2 > physical_memory():
-            raise reject(
+            raise ArgumentError(
                 "scene",
                 self.scene,
                 f"D(d) needs {cells} cells, too many for this computer's memory",

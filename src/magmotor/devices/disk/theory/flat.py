@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Elapsed
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.stationary import (
@@ -98,7 +98,7 @@ def _direction(scene: Scene, direction: ArrayLike | None) -> Array:
         return np.eye(len(scene.masses))[0]
     vector = np.asarray(direction, dtype=float)
     if vector.shape != (len(scene.masses),):
-        raise reject("direction", direction, f"must be {len(scene.masses)} numbers")
+        raise ArgumentError("direction", direction, f"must be {len(scene.masses)} numbers")
     return vector
 
 

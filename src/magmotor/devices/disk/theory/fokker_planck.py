@@ -19,7 +19,8 @@ from scipy.linalg import solve_banded
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Times, integer
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.theory.stationary import (
@@ -125,7 +126,7 @@ class ReducedDisk:
         if cells is None:
             cells = self._default_cells()
         if cells > MOST_CELLS:
-            raise reject("scene", scene, f"D(d) needs more than {MOST_CELLS} cells")
+            raise ArgumentError("scene", scene, f"D(d) needs more than {MOST_CELLS} cells")
         self.d = np.linspace(0, REACH * math.sqrt(self.mean_square), cells + 1)
         """Nodes, shape (cells + 1,)."""
         self.probability = self._equilibrium()
@@ -270,7 +271,7 @@ def _line_shape(frequency: Array, width: float, rate: float) -> Array:
     terms = depth * max(frequency.size, ONE_BY_ONE)
     if terms > MOST_TERMS:
         sentence = f"must be at most {MOST_TERMS}; d, noise or friction is too extreme"
-        raise reject("terms of D(d)", terms, sentence)
+        raise ArgumentError("terms of D(d)", terms, sentence)
     p = -1j * frequency
     tail = np.zeros_like(p)
     for n in range(depth, 0, -1):

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_number, reject
+from magmotor.common.checks import check_number
+from magmotor.common.exceptions import ArgumentError
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative, steepest_curvature
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ def _boltzmann(scene: Scene) -> "BSpline":
     sharpness = math.sqrt(scene.beta * steepest_curvature(scene.coefficients))
     if sharpness > SHARPEST:
         sentence = f"must be so large that beta max|U''| is at most {SHARPEST**2:g}"
-        raise reject("noise", scene.noise, sentence)
+        raise ArgumentError("noise", scene.noise, sentence)
     x = np.linspace(0, 2 * np.pi, 1024 * math.ceil(2 + sharpness) + 1)
     energy = derivative(scene.coefficients, x)
     weight = np.exp(-scene.beta * (energy - energy.min()))
@@ -152,11 +153,11 @@ def require_one_friction(scene: Disk) -> None:
     """Refuse scenes with friction in the second direction, or with background drag."""
     for name in ("friction_ratio", "drag", "rotational_drag"):
         if getattr(scene, name) > 0:
-            raise reject(name, getattr(scene, name), "must be zero for this closed form")
+            raise ArgumentError(name, getattr(scene, name), "must be zero for this closed form")
 
 
 def require_one_temperature(scene: Scene) -> None:
     """Refuse scenes whose background drag has another temperature: their law is not Gibbs'."""
     if isinstance(scene, Disk) and not scene.has_one_temperature:
         sentence = f"must be None or {temperature(scene):g}, the disk's kT, for a Gibbs measure"
-        raise reject("drag_temperature", scene.drag_temperature, sentence)
+        raise ArgumentError("drag_temperature", scene.drag_temperature, sentence)

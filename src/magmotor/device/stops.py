@@ -5,8 +5,10 @@ from typing import Any
 
 import xarray as xr
 
+from magmotor.common.exceptions import MagmotorError
 
-class SimulationStopped(RuntimeError):
+
+class SimulationStopped(MagmotorError, RuntimeError):
     """A run has ended early: `SimulationDiverged` or `PhysicalEvent`.
 
     Attributes
