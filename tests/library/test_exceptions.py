@@ -6,6 +6,7 @@ from importlib import import_module
 from inspect import isclass
 from pathlib import Path
 from pkgutil import walk_packages
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -58,7 +59,8 @@ def test_a_value_of_a_model_that_cannot_be_pickled_is_sent_as_text():
     error = mm.ArgumentError("model", open, "must be a model")
     sent = pickle.loads(pickle.dumps(error))
     assert (sent.argument, sent.value, str(sent)) == ("model", repr(open), str(error))
-    for value in (1, "text", np.arange(3.0), None):
+    values: list[Any] = [1, "text", np.arange(3.0), None]
+    for value in values:
         sent = pickle.loads(pickle.dumps(mm.ArgumentError("name", value, "must be other")))
         assert type(sent.value) is type(value)
         assert np.array_equal(sent.value, value)
