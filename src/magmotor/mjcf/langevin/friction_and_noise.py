@@ -14,7 +14,9 @@ sum has none.
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 import math
+from typing import Any, NamedTuple
 
+from magmotor.common.arrays import Array
 from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.free_motion import multiply_inertia
 from magmotor.mjcf.langevin.position_forces import (
@@ -46,6 +48,26 @@ def standard_normal(draw, channel):
     return math.sqrt(0.5) * (whole + half * normal(seed, replica, step, channel + BRIDGE, 1, 0))
 
 
+class Visit(NamedTuple):
+    """A visit to all dampers: it adds up the matrix C and the noise, or books their heat."""
+
+    tree: Any
+    time: float
+    """For which the dampers act, in s."""
+    draw: Any
+    """The part of the step, see `standard_normal`."""
+    velocity: Array
+    """The velocities, shape (nv,); to book the heat, their means over the step."""
+    matrix: Array
+    """C, in the sparse form of the friction."""
+    noise: Array
+    """sum_k sqrt(2 kT_k c_k h) a_k xi_k, shape (nv,)."""
+    exchanged: Array
+    """Heat from each bath, and at its end the work of the force."""
+    book: bool
+    """Whether the heat is booked; then the noise is drawn once more, being a function."""
+
+
 @subroutine(forceinline=True)
 def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw, room, exchanged):
     """Apply friction, noise and a constant force for a time.
@@ -61,10 +83,12 @@ def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw,
     change[:] = 0.0
     if dampers.has_rows or tree.constraints:
         update_rows(model, data, tree)
-    _visit(data, d, offsets, tree, dampers, time, draw, qvel, room, change, exchanged, False)
+    _visit(d, offsets, dampers, Visit(tree, time, draw, qvel, matrix, change, exchanged, False),
+           room)  # fmt: skip
     _multiply(tree, matrix, mean, qvel)
     for i in range(n):
         change[i] += time * (force[i] - mean[i])
+    # The factor has the pattern of C, of which that of M is a part.
     for k in range(len(matrix)):
         factor[k] = 0.5 * time * matrix[k]
     for i in range(n):
@@ -79,8 +103,9 @@ def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw,
         work += time * force[i] * mean[i]
     exchanged[-1] += work
     if len(exchanged) > 2:
-        _visit(data, d, offsets, tree, dampers, time, draw, mean, room, change, exchanged, True)
-    else:
+        _visit(d, offsets, dampers, Visit(tree, time, draw, mean, matrix, change, exchanged, True),
+               room)  # fmt: skip
+    else:  # one bath: what the kinetic energy gained beyond the work, without a second visit
         multiply_inertia(tree, inertia, room.bias, change)
         heat = -work
         for i in range(n):
@@ -89,75 +114,72 @@ def damp_and_drive(model, data, offsets, tree, dampers, qvel, force, time, draw,
 
 
 @subroutine
-def _visit(data, d, offsets, tree, dampers, time, draw, velocity, room, noise, exchanged, book):
-    """Visit all dampers: add to the matrix C and the noise, or, if `book`, add up their heat.
-
-    To book the heat, `velocity` is the mean one; the noise is drawn once more, being a function.
-    """
-    n, matrix = len(velocity), room.matrix
+def _visit(d, offsets, dampers, visit, room):
+    """Visit all dampers; each has channels of its own, numbered in this order."""
+    tree, row = visit.tree, room.row
+    n = len(visit.velocity)
     for i in range(n):
-        damping = dampers.damping[i]
-        if damping > 0.0:
-            strength = math.sqrt(2.0 * dampers.kT[i] * damping * time) * standard_normal(draw, i)
-            if book:
-                rate = velocity[i]
-                exchanged[dampers.baths[i]] += rate * (strength - time * damping * rate)
-            else:
-                matrix[tree.place[i * n + i]] += damping
-                noise[i] += strength
+        if dampers.damping[i] > 0.0:
+            _add_joint(visit, dampers.damping[i], dampers.kT[i], dampers.baths[i], i)
     channel = n
-    row = room.row
     for k in range(len(dampers.tendons)):
         _read_tendon(d, offsets, dampers, k, row)
-        _add_row(tree, dampers.tendon_damping[k], dampers.tendon_kT[k], dampers.tendon_baths[k],
-                 time, draw, channel + k, velocity, row, matrix, noise, exchanged,
-                 book)  # fmt: skip
+        _add_row(visit, dampers.tendon_damping[k], dampers.tendon_kT[k], dampers.tendon_baths[k],
+                 channel + k, row)  # fmt: skip
     channel += len(dampers.tendons)
     for k in range(len(dampers.actuators)):
         _read_actuator(d, offsets, dampers.actuators[k], row)
-        _add_row(tree, dampers.actuator_damping[k], dampers.actuator_kT[k],
-                 dampers.actuator_baths[k], time, draw, channel + k, velocity, row, matrix, noise,
-                 exchanged, book)  # fmt: skip
+        _add_row(visit, dampers.actuator_damping[k], dampers.actuator_kT[k],
+                 dampers.actuator_baths[k], channel + k, row)  # fmt: skip
     channel += len(dampers.actuators)
     for k in range(len(dampers.rows)):
-        _add_row(tree, 1.0, dampers.constraint_kT, 0, time, draw, channel + k, velocity,
-                 dampers.rows[k], matrix, noise, exchanged, book)  # fmt: skip
+        _add_row(visit, 1.0, dampers.constraint_kT, 0, channel + k, dampers.rows[k])
     channel += len(dampers.rows)
     if len(dampers.drag) > 0:
-        _add_drag(d, offsets, tree, dampers, time, draw, channel, velocity, room, noise, exchanged,
-                  book)  # fmt: skip
+        _add_drag(d, offsets, dampers, visit, channel, room)
     channel += 6 * len(dampers.drag)
-    if dampers.rate > 0.0 and not book:
-        _add_rate(d, offsets, tree, dampers, time, draw, channel, matrix, noise)
+    if dampers.rate > 0.0 and not visit.book:  # always of one bath
+        _add_rate(d, offsets, dampers, visit, channel)
     if tree.constraints:
         channel += n
-        count = constraint_count(data, offsets)
+        count = constraint_count(d.ctypes.data, offsets)
         rows = memory.numbers(d[offsets.efc_J // 8], count, n)
         numbers = memory.numbers(d[offsets.efc_KBIP // 8], count, 4)
         weight = memory.numbers(d[offsets.efc_D // 8], 1, count)[0]
-        for k in range(count):
-            _add_row(tree, weight[k] * numbers[k, 1], dampers.constraint_kT, 0, time, draw,
-                     channel + k, velocity, rows[k], matrix, noise, exchanged, book)  # fmt: skip
+        for k in range(count):  # a constraint's damper is its b over its R
+            _add_row(visit, weight[k] * numbers[k, 1], dampers.constraint_kT, 0, channel + k,
+                     rows[k])  # fmt: skip
+
+
+@subroutine(forceinline=True)
+def _add_joint(visit, damping, kT, bath, i):
+    """Visit the damper of one velocity."""
+    strength = math.sqrt(2.0 * kT * damping * visit.time) * standard_normal(visit.draw, i)
+    if visit.book:
+        rate = visit.velocity[i]
+        visit.exchanged[bath] += rate * (strength - visit.time * damping * rate)
+    else:
+        visit.matrix[visit.tree.place[i * len(visit.velocity) + i]] += damping
+        visit.noise[i] += strength
 
 
 @subroutine
-def _add_row(tree, damping, kT, bath, time, draw, channel, velocity, row, matrix, noise,
-             exchanged, book):  # fmt: skip
+def _add_row(visit, damping, kT, bath, channel, row):
     """Visit the damper of one row (nv,): the force -damping (row v) row, and its noise."""
-    n = len(velocity)
-    strength = math.sqrt(2.0 * kT * damping * time) * standard_normal(draw, channel)
-    if book:
+    velocity, n = visit.velocity, len(visit.velocity)
+    strength = math.sqrt(2.0 * kT * damping * visit.time) * standard_normal(visit.draw, channel)
+    if visit.book:
         rate = 0.0
         for i in range(n):
             rate += row[i] * velocity[i]
-        exchanged[bath] += rate * (strength - time * damping * rate)
+        visit.exchanged[bath] += rate * (strength - visit.time * damping * rate)
         return
     for i in range(n):
         if row[i] != 0.0:
-            noise[i] += strength * row[i]
+            visit.noise[i] += strength * row[i]
             for j in range(i + 1):
                 if row[j] != 0.0:
-                    matrix[tree.place[i * n + j]] += damping * row[i] * row[j]
+                    visit.matrix[visit.tree.place[i * n + j]] += damping * row[i] * row[j]
 
 
 @subroutine(forceinline=True)
@@ -183,32 +205,32 @@ def _read_actuator(d, offsets, output, row):
 
 
 @subroutine
-def _add_rate(d, offsets, tree, dampers, time, draw, channel, matrix, noise):
+def _add_rate(d, offsets, dampers, visit, channel):
     """Add the friction rate M, and noise L^T sqrt(D) xi of covariance M = L^T D L."""
-    n = len(noise)
+    tree, n = visit.tree, len(visit.noise)
     inertia = memory.numbers(d[offsets.M // 8], 1, tree.starts[n])[0]
     factor = memory.numbers(d[offsets.qLD // 8], 1, tree.starts[n])[0]
-    scale = math.sqrt(2.0 * dampers.constraint_kT * dampers.rate * time)
+    scale = math.sqrt(2.0 * dampers.constraint_kT * dampers.rate * visit.time)
     for i in range(n):
-        last = tree.starts[i + 1] - 1
-        strength = scale * math.sqrt(factor[last]) * standard_normal(draw, channel + i)
-        noise[i] += strength
+        last = tree.starts[i + 1] - 1  # the diagonal, which holds D
+        strength = scale * math.sqrt(factor[last]) * standard_normal(visit.draw, channel + i)
+        visit.noise[i] += strength
         for k in range(tree.starts[i], last):
-            noise[tree.columns[k]] += factor[k] * strength
+            visit.noise[tree.columns[k]] += factor[k] * strength
         for k in range(tree.starts[i], last + 1):
-            matrix[tree.place[i * n + tree.columns[k]]] += dampers.rate * inertia[k]
+            visit.matrix[tree.place[i * n + tree.columns[k]]] += dampers.rate * inertia[k]
 
 
 @subroutine
-def _add_drag(d, offsets, tree, dampers, time, draw, channel, velocity, room, noise, exchanged,
-              book):  # fmt: skip
+def _add_drag(d, offsets, dampers, visit, channel, room):
     """Visit the Stokes drag of all bodies, summed over the tree like an inertia."""
-    n, bodies = len(velocity), len(tree.parents)
+    tree, time = visit.tree, visit.time
+    n, bodies = len(visit.velocity), len(tree.parents)
     axes = memory.numbers(d[offsets.cdof // 8], n, 6)
     points = memory.numbers(d[offsets.subtree_com // 8], bodies, 3)
     centers = memory.numbers(d[offsets.xipos // 8], bodies, 3)
     geoms = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
-    wrenches, drag = room.wrenches, room.drag
+    wrenches, drag, twist, wrench = room.wrenches, room.drag, room.twist, room.wrench
     wrenches[:] = 0.0
     drag[:] = 0.0
     for k in range(len(dampers.drag)):
@@ -216,16 +238,15 @@ def _add_drag(d, offsets, tree, dampers, time, draw, channel, velocity, room, no
         center = geoms[geom] if geom >= 0 else centers[body]
         linear, angular = dampers.drag[k, 0], dampers.drag[k, 1]
         point = points[tree.roots[body]]
-        twist, wrench = room.twist, room.wrench
         pushes = math.sqrt(2.0 * dampers.drag_kT[k] * linear * time)
         turns = math.sqrt(2.0 * dampers.drag_kT[k] * angular * time)
         for j in range(3):
-            wrench[j] = pushes * standard_normal(draw, channel + 6 * k + j)
-            wrench[3 + j] = turns * standard_normal(draw, channel + 6 * k + 3 + j)
-        if book:
-            _twist_at(tree, axes, body, velocity, center, point, twist)
+            wrench[j] = pushes * standard_normal(visit.draw, channel + 6 * k + j)
+            wrench[3 + j] = turns * standard_normal(visit.draw, channel + 6 * k + 3 + j)
+        if visit.book:
+            _twist_at(tree, axes, body, visit.velocity, center, point, twist)
             for j in range(3):
-                exchanged[dampers.drag_baths[k]] += twist[3 + j] * (
+                visit.exchanged[dampers.drag_baths[k]] += twist[3 + j] * (
                     wrench[j] - time * linear * twist[3 + j]
                 ) + twist[j] * (wrench[3 + j] - time * angular * twist[j])
         else:
@@ -233,22 +254,28 @@ def _add_drag(d, offsets, tree, dampers, time, draw, channel, velocity, room, no
             for j in range(6):
                 wrenches[body, j] += wrench[j]
             _add_point_drag(drag[body], linear, angular, center, point)
-    if book:
-        return
-    project_wrenches(d, offsets, tree, wrenches, noise)
-    for body in range(bodies - 1, 0, -1):
+    if not visit.book:
+        project_wrenches(d, offsets, tree, wrenches, visit.noise)
+        _project_drag(axes, visit, drag, wrench)
+
+
+@subroutine(forceinline=True)
+def _project_drag(axes, visit, drag, wrench):
+    """Add the drag of the bodies to C as the composite-rigid-body algorithm adds their inertia."""
+    tree, n = visit.tree, len(visit.velocity)
+    for body in range(len(tree.parents) - 1, 0, -1):
         parent = tree.parents[body]
         if parent > 0:
             for k in range(10):
                 drag[parent, k] += drag[body, k]
     for i in range(n):
-        _drag_of(drag[tree.bodies[i]], axes[i], room.wrench)
+        _drag_of(drag[tree.bodies[i]], axes[i], wrench)
         j = i
         while j >= 0:
             total = 0.0
             for k in range(6):
-                total += axes[j, k] * room.wrench[k]
-            room.matrix[tree.place[i * n + j]] += total
+                total += axes[j, k] * wrench[k]
+            visit.matrix[tree.place[i * n + j]] += total
             j = tree.ancestors[j]
 
 
