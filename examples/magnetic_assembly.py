@@ -78,7 +78,8 @@ def assemble(model: mujoco.MjModel, duration: float, replicas: int) -> xr.Datase
     data.qpos[2::3] = np.random.default_rng(1).uniform(-np.pi, np.pi, model.nq // 3)
     langevin = mm.Langevin(model, kT=2 * unit_energy(model) / COLDNESS)
     every = max(1, round(duration / RECORDS / model.opt.timestep))
-    return langevin.sample(every * RECORDS, replicas=replicas, every=every, initial=data)
+    span = every * RECORDS * model.opt.timestep
+    return langevin.sample(span, replicas=replicas, record_interval=every, initial=data)
 
 
 def pieces(model: mujoco.MjModel, qpos: Array) -> Iterator[Piece]:

@@ -28,7 +28,7 @@ KT = 0.03
 REPLICAS = 16
 FRAME = 0.05
 """time between two records, which are also frames of the movie (s)"""
-SETTLE = 5.0
+BURN_IN = 5.0
 """time before the first record (s)"""
 FRAMES, IN_MOVIE = 100, 6
 """largest number of frames, and of replicas in each"""
@@ -44,9 +44,9 @@ def load() -> mujoco.MjModel:
 
 def sample(model: mujoco.MjModel, duration: float) -> xr.Dataset:
     """Run replicas at the temperature, and record them."""
-    nstep, every, settle = (round(t / model.opt.timestep) for t in (duration, FRAME, SETTLE))
+    every = round(FRAME / model.opt.timestep)
     langevin = mm.Langevin(model, kT=KT)
-    return langevin.sample(nstep, replicas=REPLICAS, every=every, settle=settle)
+    return langevin.sample(duration, replicas=REPLICAS, record_interval=every, burn_in=BURN_IN)
 
 
 def directions(model: mujoco.MjModel, positions: Array) -> Array:
@@ -177,7 +177,7 @@ def main(
     model = load()
     path = sample(model, duration)
     truth = mm.observables.metropolis(
-        model, KT, replicas=REPLICAS, samples=path.time.size, every=5, seed=1
+        model, KT, replicas=REPLICAS, samples=path.time.size, record_interval=5, seed=1
     )
     at = mm.observables.configurational_temperature(model, path)
     print(f"configurational temperature: {at.temperature / KT:.4f}({at.error / KT:.4f}) kT")

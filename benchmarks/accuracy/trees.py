@@ -135,15 +135,15 @@ def by_quadrature(law: Law, points: int = 160) -> dict[str, float]:
 def truth(law: Law, samples: int, every: int = 10) -> dict[str, tuple[float, float]]:
     """Return means and standard errors of all observables, by the Metropolis algorithm."""
     run = mm.observables.metropolis(
-        law.model, law.tree.kT, samples=samples, replicas=REPLICAS, every=every, burn_in=300,
-        initial=law.rest, seed=1,
+        law.model, law.tree.kT, samples=samples, replicas=REPLICAS, record_interval=every,
+        burn_in=300, initial=law.rest, seed=1,
     )  # fmt: skip
     found = law.observables(run.qpos.values)
     return {name: mean_and_error(series) for name, series in found.items()}
 
 
 def sampled(
-    law: Law, size: float, nstep: int, *, every: int = 4, splitting: str = "baoab"
+    law: Law, size: float, nstep: int, *, record_interval: int = 4, splitting: str = "baoab"
 ) -> xr.Dataset:
     """Return a run of all replicas at the timestep size/omega, with noise of its own."""
     tree = law.tree
@@ -155,7 +155,11 @@ def sampled(
         model, tree.kT, friction=tree.friction, disable=tree.disable, splitting=splitting, seed=seed
     )
     return thermostat.sample(
-        nstep, replicas=REPLICAS, every=every, settle=max(1000, nstep // 5), initial=start
+        nstep * thermostat.timestep,
+        replicas=REPLICAS,
+        record_interval=record_interval,
+        burn_in=max(1000, nstep // 5) * thermostat.timestep,
+        initial=start,
     )
 
 
@@ -192,7 +196,9 @@ def _biases(
 ) -> Record:
     """Return the relative biases of all observables with their standard errors."""
     try:
-        run = sampled(law, size, int(steps / size), every=round(4 / size), splitting=splitting)
+        run = sampled(
+            law, size, int(steps / size), record_interval=round(4 / size), splitting=splitting
+        )
     except LangevinDiverged as error:
         return {"splitting": splitting, "size": size, "failed": str(error)}
     kinetic = mm.observables.kinetic_temperature(law.model, run)

@@ -84,7 +84,12 @@ def body(
 
 def _sample(model, kT, seed, every, records, replicas, settle):
     langevin = mm.Langevin(model, kT=kT, seed=seed)
-    return langevin.sample(every * records, replicas=replicas, every=every, settle=settle)
+    return langevin.sample(
+        (every * records) * langevin.timestep,
+        replicas=replicas,
+        record_interval=every,
+        burn_in=settle * langevin.timestep,
+    )
 
 
 OURS: dict[str, Callable[..., Estimates]] = {"particle": particle, "body": body}

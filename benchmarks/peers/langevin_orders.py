@@ -99,7 +99,7 @@ def _ends_in_mujoco(path: BrownianPath, replicas: int):
     model = slide(PHYSICS["depth"], PHYSICS["friction"], path.timestep)
     steps = round(DURATION / path.timestep)
     langevin = mm.Langevin(model, kT=PHYSICS["kT"], path=path)
-    run = langevin.sample(steps, replicas=replicas, every=steps)
+    run = langevin.sample(steps * langevin.timestep, replicas=replicas, record_interval=steps)
     return run.qpos.values[:, -1, 0]
 
 
@@ -116,7 +116,11 @@ def weak(replicas: int) -> Record:
             found.setdefault(method, []).append(mean(cosines.mean(axis=1)))
         model, half = slide(PHYSICS["depth"], PHYSICS["friction"], h), WEAK_STEPS_TAKEN // 2
         langevin = mm.Langevin(model, kT=PHYSICS["kT"], seed=3)
-        x = langevin.sample(half, replicas=replicas, settle=half).qpos.values[..., 0]
+        x = langevin.sample(
+            half * langevin.timestep,
+            replicas=replicas,
+            burn_in=half * langevin.timestep,
+        ).qpos.values[..., 0]
         found.setdefault(IN_MUJOCO, []).append(mean(np.cos(x).mean(axis=1)))
         question = {**PHYSICS, "timestep": h, "steps": WEAK_STEPS_TAKEN, "replicas": replicas}
         theirs = answer_of("langevin_diffrax", what="weak", **question, seed=4)

@@ -146,7 +146,12 @@ def _show_equal_accuracy() -> None:
     model.opt.timestep = LONG
     langevin = mm.Langevin(model, kT=THERMAL, seed=SEED)
     steps, before = int(4 * DURATION / LONG), int(SETTLE / LONG)
-    run = langevin.sample(steps, replicas=REPLICAS, every=5, settle=before)
+    run = langevin.sample(
+        steps * langevin.timestep,
+        replicas=REPLICAS,
+        record_interval=5,
+        burn_in=before * langevin.timestep,
+    )
     own, spread = _mean_energy(run["qpos"].to_numpy())
     if abs(own / exact - 1) > ERROR:
         raise ArithmeticError(f"BAOAB's mean is {own:.3f}({spread:.3f}) kT, not {exact:.3f} kT")

@@ -25,7 +25,7 @@ MODEL = """
 
 def sample():
     model = mujoco.MjModel.from_xml_string(MODEL.format(1))
-    mm.Langevin(model, kT=1.0).sample(4, replicas=2)
+    mm.Langevin(model, kT=1.0).sample(4 * model.opt.timestep, replicas=2)
 
 
 def rollout():

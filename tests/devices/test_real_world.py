@@ -129,18 +129,18 @@ def test_noise_of_the_drag_is_the_same_in_mujoco():
 
 
 def test_equipartition_with_drag():
-    """16 replicas of 1e5 s; their batches give the standard error, at most 0.5 %.
+    """16 replicas of 25,000 s; their batches give the standard error, at most 1 %.
 
     Four of them raise a false alarm for one seed of 2000, in seven modes. Without the noise of the
     drag, the slow modes would be cold by more than half.
     """
     run = mm.simulate(
-        WARM, method="variational/middle", timestep=0.2, duration=1e5, record_interval=10,
+        WARM, method="variational/middle", timestep=0.2, duration=2.5e4, record_interval=10,
         replicas=16, seed=1,
     )  # fmt: skip
-    found = mm.observables.mode_temperatures(run, burn_in=5e3)
+    found = mm.observables.mode_temperatures(run, burn_in=2.5e3)
     error = found.temperature_error / WARM.kT
-    assert error.max() < 0.01
+    assert error.max() < 0.02
     assert (abs(found.temperature / WARM.kT - 1) < 4 * error + 0.001).all()
 
 
@@ -247,15 +247,15 @@ def test_a_tilt_that_turns():
     scene = mm.Top(ring_script=script, position=(0.28, 0.01))
     w, x, y, _ = scene.ring_orientation(60.0)
     assert [2 * w * y, -2 * w * x] == pytest.approx([-math.sin(tilt), 0.0], abs=3e-16)
-    runs = [
-        mm.simulate(scene, method=method, timestep=0.025, duration=120, record_interval=10)
-        for method in ("mujoco/rk4", "scipy/dop853")
-    ]
-    apart = np.abs(runs[0].momentum_map.values - runs[1].momentum_map.values).max()
-    assert apart < 3e-4 * abs(runs[1].momentum_map).max()  # 1.1e-5
-    x, y = runs[0].position.values[:, :2].T
+    run, exact = (
+        mm.simulate(scene, method=method, timestep=0.025, duration=duration, record_interval=10)
+        for method, duration in (("mujoco/rk4", 120), ("scipy/dop853", 20))
+    )
+    apart = np.abs(run.momentum_map.sel(time=exact.time) - exact.momentum_map).max()
+    assert apart < 3e-4 * abs(exact.momentum_map).max()  # 1.1e-5
+    x, y = run.position.values[:, :2].T
     around = np.unwrap(np.arctan2(y, x))
-    azimuth = [pose(scene.ring_script, time)[2] for time in runs[0].time.values]
+    azimuth = [pose(scene.ring_script, time)[2] for time in run.time.values]
     assert np.abs(around - azimuth).max() < 0.3  # 0.11
     assert around[-1] == pytest.approx(2 * math.pi, abs=0.01)  # 4e-4
 

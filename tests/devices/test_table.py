@@ -108,7 +108,7 @@ def test_a_sweep_has_a_row_per_case_and_the_fields_as_columns():
 
 @BRIEF
 def test_samples_of_any_model_have_columns_by_coordinate_and_bath():
-    run = mm.Langevin(CHAIN, kT=0.5).sample(20, replicas=2, every=5)
+    run = mm.Langevin(CHAIN, kT=0.5).sample(20 * CHAIN.opt.timestep, replicas=2, record_interval=5)
     table = mm.to_table(run)
     assert table.columns.to_list() == ["replica", "time", "qpos_0", "qvel_0", "heat_kT", "work"]
     np.testing.assert_array_equal(table.qpos_0, run.qpos.values.ravel())

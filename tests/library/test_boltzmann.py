@@ -159,7 +159,7 @@ def test_the_forces_are_the_gradient_of_the_energy():
 def arm():
     """16 x 1000 positions and velocities of an arm at 2 J."""
     model = load(ARM)
-    run = mm.observables.metropolis(model, 2.0, samples=1000, seed=1, every=3)
+    run = mm.observables.metropolis(model, 2.0, samples=1000, seed=1, record_interval=3)
     return model, with_velocities(model, run, 2.0, seed=2)
 
 
@@ -202,7 +202,9 @@ def test_one_chain_is_as_good_as_many(arm):
 def pendulum(kT, samples=1500, **options):
     """Return a double pendulum and 16 times as many positions."""
     model = load(DOUBLE)
-    run = mm.observables.metropolis(model, kT, samples=samples, seed=1, every=4, **options)
+    run = mm.observables.metropolis(
+        model, kT, samples=samples, seed=1, record_interval=4, **options
+    )
     return model, run
 
 
@@ -246,7 +248,7 @@ def test_configurational_temperature_of_a_ball_joint(arm):
 def test_configurational_temperature_of_every_kind_of_force():
     """Of all but dipoles, whose energy takes long; 16 x 100 positions."""
     model = load(EVERYTHING.replace("dipoles ", ""))
-    run = mm.observables.metropolis(model, 3, samples=100, burn_in=500, every=2, seed=1)
+    run = mm.observables.metropolis(model, 3, samples=100, burn_in=500, record_interval=2, seed=1)
     assert abs(score((model, run), 3)) < SIGMAS
 
 
@@ -254,7 +256,11 @@ def test_configurational_temperature_of_dipoles():
     """A needle of 0.2 A m^2 at 0.2 m from a magnet of 3 A m^2: V = 7.5e-6 J cos q."""
     model = load(NEEDLE)
     run = mm.observables.metropolis(
-        model, 4e-6, samples=500, every=3, potential=lambda data: 7.5e-6 * np.cos(data.qpos[0])
+        model,
+        4e-6,
+        samples=500,
+        record_interval=3,
+        potential=lambda data: 7.5e-6 * np.cos(data.qpos[0]),
     )
     assert abs(score((model, run), 4e-6)) < SIGMAS
 

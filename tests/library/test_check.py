@@ -6,6 +6,7 @@ import re
 import mujoco
 import numpy as np
 import pytest
+from pairwise import pairwise
 
 import magmotor as mm
 from magmotor.mjcf.checking.closest_approach import meetings
@@ -108,6 +109,8 @@ def growth_after_touch(penetrations, energies):
     return (held - np.minimum.accumulate(held)).max()
 
 
+POSES, FIXED, METHODS = ("head-on", "side by side"), (False, True), ("Euler", "implicitfast", "RK4")
+
 MATERIALS = [
     (size, factor, remanence)
     for size in (1e-3, 5e-3, 20e-3)
@@ -115,10 +118,9 @@ MATERIALS = [
 ]
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
-@pytest.mark.parametrize("fixed", [False, True])
-@pytest.mark.parametrize("pose", ["head-on", "side by side"])
-@pytest.mark.parametrize(("gap", "spin"), [(0, 0), (0, 1), (2, 0), (2, 1)])
+@pytest.mark.parametrize(
+    ("gap", "spin", "pose", "fixed", "integrator"), pairwise((0, 2), (0, 1), POSES, FIXED, METHODS)
+)
 def test_at_the_proposed_settings_balls_stick(gap, spin, pose, fixed, integrator, capsys):
     """`gap` is in radii, `spin` in units of their own rate."""
     for radius, factor, remanence in MATERIALS:
@@ -139,10 +141,9 @@ def test_at_the_proposed_settings_balls_stick(gap, spin, pose, fixed, integrator
     assert "nothing to fix" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
-@pytest.mark.parametrize("fixed", [False, True])
-@pytest.mark.parametrize("shape", ["box", "cylinder"])
-@pytest.mark.parametrize("pose", ["head-on", "side by side"])
+@pytest.mark.parametrize(
+    ("pose", "shape", "fixed", "integrator"), pairwise(POSES, ("box", "cylinder"), FIXED, METHODS)
+)
 def test_at_the_proposed_settings_magnets_with_flat_faces_stick(pose, shape, fixed, integrator):
     for (radius, factor, remanence), gap in itertools.product(MATERIALS[::5], (0, 2)):
         model = pair(radius, gap=gap * radius, fixed=fixed, pose=pose, remanence=remanence,

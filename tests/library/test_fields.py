@@ -342,7 +342,9 @@ def test_a_needle_at_a_temperature_obeys_langevins_law():
     model.opt.timestep = 2e-3
     data = mujoco.MjData(model)
     data.ctrl[0] = 2.0
-    run = mm.Langevin(model, kT=1e-3).sample(nstep=2000, replicas=64, settle=1000, initial=data)
+    run = mm.Langevin(model, kT=1e-3).sample(
+        2000 * model.opt.timestep, replicas=64, burn_in=1000 * model.opt.timestep, initial=data
+    )
     _, x, y, _ = np.moveaxis(run.qpos.values, -1, 0)
     cosines = (1 - 2 * (x**2 + y**2)).mean(axis=1)
     error = cosines.std(ddof=1) / 8

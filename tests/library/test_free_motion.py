@@ -92,7 +92,13 @@ def test_the_rotation_of_a_fast_body_has_its_temperature():
     data.qvel[0] = 300.0
     with pytest.warns(UserWarning, match="nothing damps the motion of its tree as a whole"):
         langevin = mm.Langevin(model, kT, friction=np.array([0, 0, 0, *0.05 * moments]), seed=4)
-    run = langevin.sample(50_000, replicas=32, every=10, settle=2000, initial=data)
+    run = langevin.sample(
+        50_000 * langevin.timestep,
+        replicas=32,
+        record_interval=10,
+        burn_in=2000 * langevin.timestep,
+        initial=data,
+    )
     energies = (moments * run.qvel.values[..., 3:] ** 2).mean(axis=(1, 2)) / kT
     error = energies.std(ddof=1) / np.sqrt(len(energies))
     assert abs(energies.mean() - 1) < 5 * error
@@ -179,7 +185,7 @@ def test_motion_near_gimbal_lock_is_followed():
         "</worldbody></mujoco>"
     )
     langevin = mm.Langevin(model, 0.01, friction=1.0, seed=2)
-    run = langevin.sample(20_000, replicas=16, every=10)
+    run = langevin.sample(20_000 * langevin.timestep, replicas=16, record_interval=10)
     values = 3 * np.sin(run.qpos.values[..., 1]) ** 2
     means = values.mean(axis=1)
     error = means.std(ddof=1) / 4
@@ -196,7 +202,12 @@ def test_a_cold_bath_stays_cold_beside_a_hot_one():
         '<geom type="box" size="0.1 0.2 0.3" mass="1"/></body></worldbody></mujoco>'
     )
     langevin = mm.Langevin(model, {"hot": 9e4, "cold": 0.1}, seed=4)
-    run = langevin.sample(50_000, replicas=32, every=10, settle=2000)
+    run = langevin.sample(
+        50_000 * langevin.timestep,
+        replicas=32,
+        record_interval=10,
+        burn_in=2000 * langevin.timestep,
+    )
     moments = model.body_inertia[1]
     energies = (moments * run.qvel.values[..., 1:] ** 2).mean(axis=(1, 2)) / 0.1
     error = energies.std(ddof=1) / np.sqrt(len(energies))

@@ -158,7 +158,7 @@ def test_langevin_follows_a_held_path(splitting):
     model = mujoco.MjModel.from_xml_string(SLIDE)
     path = PATH.held(3)
     langevin = mm.Langevin(model, kT=0.3, splitting=splitting, path=path)
-    run = langevin.sample(30, initial=mujoco.MjData(model))
+    run = langevin.sample(30 * langevin.timestep, initial=mujoco.MjData(model))
     gained = np.sqrt(2 * 0.3 * 1e-4) * path.increments(30)
     v = np.cumsum(gained)
     x = 0.25 * np.cumsum(v - gained / 2)  # a bridge would divide the increment otherwise

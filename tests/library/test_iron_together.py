@@ -140,7 +140,12 @@ def test_iron_at_a_temperature():
     body = f'<body><joint type="ball" damping="6e-9"/>{grain}</body>'
     model = load(body, f"{flux_density} 0 0", f"{chi}")
     model.opt.timestep = 1e-3
-    run = mm.Langevin(model, kT=kT, seed=11).sample(12_000, replicas=64, every=20, settle=400)
+    run = mm.Langevin(model, kT=kT, seed=11).sample(
+        12_000 * model.opt.timestep,
+        replicas=64,
+        record_interval=20,
+        burn_in=400 * model.opt.timestep,
+    )
     w, x, y, z = np.moveaxis(run.qpos.transpose("replica", "time", ...).values, -1, 0)
     means = ((2 * (x * z + w * y)) ** 2).mean(axis=1)
     error = means.std(ddof=1) / 8

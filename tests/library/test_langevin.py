@@ -28,7 +28,7 @@ from magmotor import noise
 from magmotor.common.environment import data_folder
 from magmotor.mjcf.langevin import thermostat
 from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
-from magmotor.mjcf.langevin.relaxation import unsettled
+from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 
 EVERY_DAMPER = TREE.replace('biasprm="1 0 -0.2"', 'biasprm="0 0 -0.2"').replace(
     "<option", '<option timestep="1e-7"'
@@ -389,13 +389,18 @@ def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypat
             langevin.step(data, steps)
         np.testing.assert_array_equal(end(data), end(whole))
     runs = [
-        langevin.sample(nstep=300, replicas=3, every=every, settle=settle)
+        langevin.sample(
+            300 * langevin.timestep,
+            replicas=3,
+            record_interval=every,
+            burn_in=settle * langevin.timestep,
+        )
         for every, settle in ((1, 0), (10, 0), (7, 0))
     ]
     np.testing.assert_array_equal(runs[0].qpos[0, -1], whole.qpos)
     np.testing.assert_array_equal(runs[1].qpos, runs[0].qpos[:, 9::10])
     np.testing.assert_array_equal(runs[2].qvel, runs[0].qvel[:, 6::7])
-    settled = langevin.sample(nstep=200, replicas=3, settle=100)
+    settled = langevin.sample(200 * langevin.timestep, replicas=3, burn_in=100 * langevin.timestep)
     np.testing.assert_array_equal(settled.qpos, runs[0].qpos[:, 100:])
     start = np.tile(np.concatenate([[0.0], model.qpos0, np.zeros(model.nv)]), (3, 1))
     for threads in (1, 2):
@@ -407,7 +412,9 @@ def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypat
     data = mujoco.MjData(model)
     langevin.step(data, 300)
     np.testing.assert_array_equal(end(data), end(whole))
-    assert langevin.sample(nstep=300, replicas=3, every=7).identical(runs[2])
+    assert langevin.sample(300 * langevin.timestep, replicas=3, record_interval=7).identical(
+        runs[2]
+    )
     np.testing.assert_array_equal(
         langevin.rollout(used, start, None, control_spec=0, nstep=300), paths
     )
@@ -419,7 +426,7 @@ def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypat
 def test_records_add_up_heat_and_work():
     model = mujoco.MjModel.from_xml_string(SOFT["limit"])
     langevin = mm.Langevin(model, kT=0.5, disable=CONTACT)
-    run = langevin.sample(nstep=400, replicas=2, every=10)
+    run = langevin.sample(400 * langevin.timestep, replicas=2, record_interval=10)
     data = mujoco.MjData(model)
     first, second = langevin.step(data, 150), langevin.step(data, 250)
     for name, sums in (("kT", run.heat[0, :, 0]), ("work", run.work[0])):
@@ -633,7 +640,12 @@ def test_many_contacts_of_one_body_are_stable():
     )
     with pytest.warns(UserWarning, match="softened"):
         langevin = mm.Langevin(model, kT=1e-3)
-    run = langevin.sample(20_000, replicas=16, every=20, settle=5000)
+    run = langevin.sample(
+        20_000 * langevin.timestep,
+        replicas=16,
+        record_interval=20,
+        burn_in=5000 * langevin.timestep,
+    )
     found = mm.observables.kinetic_temperature(model, run)
     assert abs(float(found.total) - 1e-3) < 0.3e-3  # 0.19e-3, by (omega h)^2/4
 
@@ -655,7 +667,13 @@ def test_the_check_wants_the_model_that_was_integrated():
     data = mujoco.MjData(model)
     data.qfrc_applied[3] = 1.0
     langevin = mm.Langevin(model, kT=0.5, friction=5.0, disable=("contact", "limit"))
-    run = langevin.sample(20_000, replicas=16, every=20, settle=2000, initial=data)
+    run = langevin.sample(
+        20_000 * langevin.timestep,
+        replicas=16,
+        record_interval=20,
+        burn_in=2000 * langevin.timestep,
+        initial=data,
+    )
     with pytest.raises(ValueError, match="model = 'another one': must be the effective_model"):
         mm.observables.configurational_temperature(model, run)
     found = mm.observables.configurational_temperature(langevin.effective_model, run)
@@ -691,8 +709,8 @@ def test_what_is_stepped_is_what_was_read():
         langevin.step(mujoco.MjData(mujoco.MjModel.from_xml_string(SOFT["limit"])))
     with pytest.raises(ValueError, match=r"nstep = 1.5: must be an integer"):
         langevin.step(mujoco.MjData(model), 1.5)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match=r"nstep = 100000000000: .* do not fit in memory"):
-        langevin.sample(nstep=10**11, replicas=100)
+    with pytest.raises(ValueError, match=r"duration = 200000000.0: .* do not fit in memory"):
+        langevin.sample(2e8, replicas=100)
     step = mm.Langevin(model, kT=1, splitting="o-step-o")
     with pytest.raises(ValueError, match="splitting = 'o-step-o': must not consist of steps"):
         step.largest_timestep(mujoco.MjData(model))
@@ -713,7 +731,9 @@ def test_ctrl_c_ends_all_threads(call):
     used, start = mujoco.MjData(model), np.zeros((2, 1 + model.nq + model.nv))
     langevin.step(used)
     calls: dict[str, Any] = {
-        "sample": lambda nstep: langevin.sample(nstep, every=nstep, replicas=99),
+        "sample": lambda nstep: langevin.sample(
+            nstep * langevin.timestep, record_interval=nstep, replicas=99
+        ),
         "rollout": lambda nstep: langevin.rollout(
             [used], start, None, control_spec=0, nstep=min(nstep, 5_000_000)
         ),
@@ -735,7 +755,12 @@ def test_no_body_sleeps_in_the_steps_of_mujoco():
         '<body><freejoint/><geom type="box" size="0.1 0.1 0.1"/></body></worldbody></mujoco>'
     )
     langevin = mm.Langevin(model, 1e-12, splitting="o-step-o", friction=20.0)
-    run = langevin.sample(20_000, replicas=8, every=10, settle=1000)
+    run = langevin.sample(
+        20_000 * langevin.timestep,
+        replicas=8,
+        record_interval=10,
+        burn_in=1000 * langevin.timestep,
+    )
     found = mm.observables.kinetic_temperature(model, run)
     assert abs(float(found.total) - 1e-12) < 5 * float(found.total_error)
     assert float(found.total_error) < 0.06e-12
@@ -750,7 +775,7 @@ def test_a_lost_replica_is_reported_with_all_records():
     langevin = mm.Langevin(model, kT=1)
     assert langevin.largest_timestep(mujoco.MjData(model)) < 0.05
     with pytest.raises(mm.LangevinDiverged, match=r"^replica 0 was lost at t = .*") as caught:
-        langevin.sample(nstep=10_000, replicas=3, every=10)
+        langevin.sample(10_000 * langevin.timestep, replicas=3, record_interval=10)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     run = caught.value.dataset
     lost = np.isnan(run.qpos[0, :, 0].values)
@@ -798,10 +823,15 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref, mo
     stiffness = -langevin.forces(data)[0] / 0.01
     assert stiffness * 0.02**2 == pytest.approx(0.25, rel=1e-6)  # at rest; the mass is 1
     assert langevin.largest_timestep(data) == pytest.approx(0.08, rel=1e-4)  # 2/omega
-    run = langevin.sample(100_000, replicas=8, every=5, settle=1000)
+    run = langevin.sample(
+        100_000 * langevin.timestep,
+        replicas=8,
+        record_interval=5,
+        burn_in=1000 * langevin.timestep,
+    )
     found = mm.observables.kinetic_temperature(model, run)
     truth = mm.observables.metropolis(
-        langevin.effective_model, 0.3, samples=4000, replicas=8, every=5
+        langevin.effective_model, 0.3, samples=4000, replicas=8, record_interval=5
     )
     # 4 standard errors, 1.1 %; the kinetic temperature is that of a velocity, second order in h.
     assert float(found.total) == pytest.approx(0.3, rel=0.04)
@@ -868,9 +898,14 @@ def test_records_that_remember_their_start_are_warned_of():
     Of 32 replicas; the seed is fixed, and 5 standard errors are 0.08 (one in 2e6 seeds).
     """
     langevin = mm.Langevin(mujoco.MjModel.from_xml_string(COLD), kT=1e-3, seed=5)
-    message = r"^joint 'free': .* 99\.8 % .* at 4e-05 per s: settle for 1\.2e\+07 steps"
+    message = r"^joint 'free': .* 99\.8 % .* at 4e-05 per s: a burn_in of .* \(1\.2e\+07 steps\)"
     with pytest.warns(UserWarning, match=message):
-        run = langevin.sample(4000, replicas=32, every=10, settle=4000)
+        run = langevin.sample(
+            4000 * langevin.timestep,
+            replicas=32,
+            record_interval=10,
+            burn_in=4000 * langevin.timestep,
+        )
     found = mm.observables.kinetic_temperature(langevin.model, run)
     assert abs(float(found.total) / 1e-3 - 0.501) < 5 * float(found.total_error) / 1e-3
     assert float(found.total_error) < 0.016e-3
@@ -886,8 +921,8 @@ def test_many_velocities_that_remember_their_start_are_warned_of():
     model = mujoco.MjModel.from_xml_string(
         f'<mujoco><option gravity="0 0 0"/><worldbody>{slides}</worldbody></mujoco>'
     )
-    with pytest.warns(UserWarning, match=r"^joint 'j7': .* 100 % .* at 0\.0001 per s: settle"):
-        mm.Langevin(model, kT=1.0, seed=1).sample(10, replicas=1)
+    with pytest.warns(UserWarning, match=r"^joint 'j7': .* 100 % .* at 0\.0001 per s: a burn_in"):
+        mm.Langevin(model, kT=1.0, seed=1).sample(10 * model.opt.timestep, replicas=1)
 
 
 def test_friction_too_strong_for_part_o_warms_after_the_steps_it_is_said_to_take():
@@ -902,12 +937,16 @@ def test_friction_too_strong_for_part_o_warms_after_the_steps_it_is_said_to_take
     )
     langevin = mm.Langevin(model, kT=1.0, seed=1)
     with pytest.warns(UserWarning, match="68.7 % .* at 1e\\+06 per s, too strongly") as caught:
-        run = langevin.sample(200, replicas=400)
+        run = langevin.sample(200 * langevin.timestep, replicas=400)
     cold = 1 - (1 - math.exp(-0.8)) / 0.8
     assert float((run.qvel**2).mean()) == pytest.approx(cold, rel=0.35)  # 0.31
-    steps = float(re.findall(r"settle for (\S+) steps", str(caught[0].message))[0])
+    steps = float(re.findall(r"\((\S+) steps\)", str(caught[0].message))[0])
     assert steps == pytest.approx(math.log(100) / 0.004, rel=0.05)
-    run = langevin.sample(1, replicas=400, settle=int(steps))
+    run = langevin.sample(
+        1 * langevin.timestep,
+        replicas=400,
+        burn_in=int(steps) * langevin.timestep,
+    )
     assert float((run.qvel**2).mean()) == pytest.approx(1.0, rel=0.35)
 
 
@@ -932,13 +971,17 @@ def test_positions_that_friction_slows_down_relax_after_the_steps_they_are_said_
     langevin = mm.Langevin(mujoco.MjModel.from_xml_string(SPRING.format(1, 20)), kT=1.0, seed=1)
     message = r"62\.6 % .* at 20 per s, too strongly for its position to follow"
     with pytest.warns(UserWarning, match=message) as caught:
-        run = langevin.sample(200, replicas=1600, every=4)
+        run = langevin.sample(200 * langevin.timestep, replicas=1600, record_interval=4)
     missing = (1 - math.exp(-1)) / 1
     assert float((run.qpos**2).mean()) == pytest.approx(1 - missing, abs=0.07)  # 0.011
     assert float((run.qvel**2).mean()) == pytest.approx(1.0, abs=0.025)  # 0.0013
-    steps = float(re.findall(r"settle for (\S+) steps", str(caught[0].message))[0])
+    steps = float(re.findall(r"\((\S+) steps\)", str(caught[0].message))[0])
     assert steps == pytest.approx(math.log(100) / 0.005, rel=0.05)
-    run = langevin.sample(1, replicas=1600, settle=int(steps))
+    run = langevin.sample(
+        1 * langevin.timestep,
+        replicas=1600,
+        burn_in=int(steps) * langevin.timestep,
+    )
     assert float((run.qpos**2).mean()) == pytest.approx(1.0, abs=0.18)  # 0.041
 
 
@@ -949,10 +992,22 @@ def test_a_start_hotter_than_the_sample_must_be_forgotten_to_fractions_of_kt():
     hot.qvel[:] = 1.0
     settle = 50  # leaves e^-5 of an energy of 1e4 kT/2
     with pytest.warns(UserWarning, match=r"of about 1e\+04 times kT") as caught:
-        langevin.sample(100, replicas=400, every=10, settle=settle, initial=hot)
-    steps = float(re.findall(r"settle for (\S+) steps", str(caught[0].message))[0])
+        langevin.sample(
+            100 * langevin.timestep,
+            replicas=400,
+            record_interval=10,
+            burn_in=settle * langevin.timestep,
+            initial=hot,
+        )
+    steps = float(re.findall(r"\((\S+) steps\)", str(caught[0].message))[0])
     assert steps == pytest.approx(math.log(1e6) / 0.1, rel=0.05)
-    run = langevin.sample(100, replicas=400, every=10, settle=int(steps), initial=hot)
+    run = langevin.sample(
+        100 * langevin.timestep,
+        replicas=400,
+        record_interval=10,
+        burn_in=int(steps) * langevin.timestep,
+        initial=hot,
+    )
     assert float((run.qvel**2).mean()) == pytest.approx(1e-4, rel=0.12)
 
 
@@ -974,7 +1029,7 @@ def test_what_is_missing_is_tolerated_up_to_one_percent_or_an_error(
     for part, warns in ((1.2 * left, True), (0.8 * left, False)):
         found = unsettled(
             model, data, langevin._friction, langevin._scheme, langevin.forces,
-            1.0, 0, 1, round(1 / part / rate / 0.05), replicas,
+            1.0, Sampling(0, 1, round(1 / part / rate / 0.05), replicas),
         )  # fmt: skip
         assert re.match(r"^joint 'j': .* % of the energy", found) if warns else not found
 
@@ -992,10 +1047,14 @@ def test_of_positions_without_an_equilibrium_nearby_nothing_is_said(stiffness, s
     </mujoco>""")
     data = mujoco.MjData(model)
     data.qpos[:] = start
-    mm.Langevin(model, kT=0.01).sample(10, settle=20, initial=data)
+    mm.Langevin(model, kT=0.01).sample(
+        10 * model.opt.timestep, burn_in=20 * model.opt.timestep, initial=data
+    )
     if start:
         with pytest.warns(UserWarning, match="too strongly for its position to follow"):
-            mm.Langevin(model, kT=0.01).sample(10, settle=20)
+            mm.Langevin(model, kT=0.01).sample(
+                10 * model.opt.timestep, burn_in=20 * model.opt.timestep
+            )
 
 
 def test_of_positions_nothing_is_said_while_another_one_is_driven_away():
@@ -1010,10 +1069,10 @@ def test_of_positions_nothing_is_said_while_another_one_is_driven_away():
     </mujoco>""")
     langevin, data = mm.Langevin(model, kT=1.0), mujoco.MjData(model)
     data.qpos[0] = 1.1
-    langevin.sample(10, settle=20, initial=data)
+    langevin.sample(10 * langevin.timestep, burn_in=20 * langevin.timestep, initial=data)
     data.qpos[0] = 0.9
     with pytest.warns(UserWarning, match="joint 1: .* too strongly for its position to follow"):
-        langevin.sample(10, settle=20, initial=data)
+        langevin.sample(10 * langevin.timestep, burn_in=20 * langevin.timestep, initial=data)
 
 
 @pytest.mark.parametrize(("count", "said"), [(500, "joint 'j0': .* 99.9 % .* at 0.01 "), (501, "")])
@@ -1031,8 +1090,9 @@ def test_friction_that_joins_velocities_is_seen_of_at_most_500(count, said):
     friction[0, 1] = friction[1, 0] = -499.99
     langevin = mm.Langevin(model, kT=1.0, friction=friction, splitting="o-step-o")
     found = unsettled(
-        model, mujoco.MjData(model), langevin._friction, langevin._scheme, None, 1.0, 10, 1, 10, 1
-    )
+        model, mujoco.MjData(model), langevin._friction, langevin._scheme, None, 1.0,
+        Sampling(10, 1, 10, 1),
+    )  # fmt: skip
     assert re.match(said, found)
     assert said or not found
 
@@ -1057,7 +1117,7 @@ def test_forces_that_couple_what_is_not_damped_let_it_relax(gravity, said):
     langevin = mm.Langevin(model, kT=1.0)
     found = unsettled(
         model, mujoco.MjData(model), langevin._friction, langevin._scheme, langevin.forces,
-        1.0, 0, 1, 2_000_000, 1,
+        1.0, Sampling(0, 1, 2_000_000, 1),
     )  # fmt: skip
     assert re.match(said, found)
     assert said or not found
@@ -1080,7 +1140,9 @@ def test_motion_that_forgets_in_one_step_or_is_unstable_is_not_warned_of(
 ):
     """Part O multiplies velocities by 0 at a friction of 2/h; the frequency is far above 2/h."""
     model = mujoco.MjModel.from_xml_string(SLIDE.format(stiffness))
-    mm.Langevin(model, kT=1.0, friction=friction, splitting=splitting).sample(2)
+    mm.Langevin(model, kT=1.0, friction=friction, splitting=splitting).sample(
+        2 * model.opt.timestep
+    )
 
 
 def test_the_model_of_the_user_stays_as_it_is():

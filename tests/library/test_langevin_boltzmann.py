@@ -91,7 +91,7 @@ def test_friction_and_noise_are_exact_for_any_timestep(splitting, size):
     x = size / 2 * rates / rates[-1]
     nstep = math.ceil(6 / np.log(abs((1 + x) / (1 - x + 1e-9))).min())
     run = mm.Langevin(model, 0.7, splitting=splitting, seed=3).sample(
-        nstep, replicas=REPLICAS, every=nstep
+        nstep * model.opt.timestep, replicas=REPLICAS, record_interval=nstep
     )
     velocities = run.qvel.values[:, -1]
     assert covariance_error(velocities, 0.7 * np.linalg.inv(INERTIA)) < SIGMAS
@@ -124,7 +124,7 @@ def test_several_baths_against_lyapunovs_equations(size):
     stationary, heats = linear_theory(h, spring)
     settle, nstep = math.ceil(30 / size), math.ceil(100 / size)
     run = mm.Langevin(slides(h, spring), BATHS, seed=4).sample(
-        nstep, replicas=REPLICAS, every=nstep, settle=settle
+        nstep * h, replicas=REPLICAS, record_interval=nstep, burn_in=settle * h
     )
     states = np.concatenate([run.qpos.values[:, -1], run.qvel.values[:, -1]], axis=1)
     assert covariance_error(states, stationary) < SIGMAS
@@ -274,15 +274,19 @@ def test_the_same_bits():
     model = tree.model(0.01)
     baths = {f"joint {k}": 0.1 * (k + 1) for k in range(6)}
     thermostat = mm.Langevin(model, baths, seed=7)
-    whole = thermostat.sample(60, replicas=5)
+    whole = thermostat.sample(60 * thermostat.timestep, replicas=5)
     assert (
         whole.qpos[:, 6::7].values.tobytes()
-        == thermostat.sample(60, replicas=5, every=7).qpos.values.tobytes()
+        == thermostat.sample(
+            60 * thermostat.timestep, replicas=5, record_interval=7
+        ).qpos.values.tobytes()
     )
-    settled = thermostat.sample(40, replicas=3, settle=20)
+    settled = thermostat.sample(
+        40 * thermostat.timestep, replicas=3, burn_in=20 * thermostat.timestep
+    )
     assert (settled.qvel.values == whole.qvel.values[:3, 20:]).all()
     with patch("os.cpu_count", return_value=1):
-        alone = thermostat.sample(60, replicas=5)
+        alone = thermostat.sample(60 * thermostat.timestep, replicas=5)
     assert alone[["qpos", "qvel"]].identical(whole[["qpos", "qvel"]])
     data = mujoco.MjData(model)
     for count in (1, 25, 0, 34):
@@ -297,8 +301,8 @@ def test_the_same_bits_of_heat_and_work():
     model = TREES["six links in 3-D"].model(0.01)
     thermostat = mm.Langevin(model, {f"joint {k}": 0.1 * (k + 1) for k in range(6)}, seed=7)
     with patch("magmotor.mjcf.langevin.thermostat.SECONDS_BETWEEN_CHECKS", 1e-9):
-        pieces = thermostat.sample(100)
-    assert pieces.identical(thermostat.sample(100))
+        pieces = thermostat.sample(100 * thermostat.timestep)
+    assert pieces.identical(thermostat.sample(100 * thermostat.timestep))
 
 
 def test_replicas_are_independent():
@@ -307,7 +311,9 @@ def test_replicas_are_independent():
     The largest of 2016 exceeds 5.5 standard errors once in 13000. Measured: 3.6.
     """
     model = slides(2 / 0.6947)
-    run = mm.Langevin(model, 1.0, friction=2 / model.opt.timestep, seed=1).sample(1000, replicas=64)
+    run = mm.Langevin(model, 1.0, friction=2 / model.opt.timestep, seed=1).sample(
+        1000 * model.opt.timestep, replicas=64
+    )
     correlations = np.corrcoef(run.qvel.values[:, :, 1])
     np.fill_diagonal(correlations, 0)
     assert abs(correlations).max() * math.sqrt(1000) < 5.5
@@ -361,7 +367,7 @@ def test_histogram_of_a_pendulum():
     The law is exp(a cos q). A false alarm once in 10000. Measured: p = 0.65.
     """
     law = Law(TREES["pendulum"])
-    run = sampled(law, 1.0, 12_000, every=20)
+    run = sampled(law, 1.0, 12_000, record_interval=20)
     angles = (run.qpos.values.ravel() + np.pi) % (2 * np.pi) - np.pi
     edges = np.linspace(-np.pi, np.pi, 21)
     found, _ = np.histogram(angles, edges)
@@ -382,7 +388,7 @@ def test_the_kinetic_temperature_is_of_second_order():
     mean = 1 - by_quadrature(law)["joint 0"]
     inertia = kinetic_energy(law.model, at_unit_velocity(law.model))
     for size, worst in ((1.0, 0.04), (0.5, 0.15)):
-        run = sampled(law, size, 10_000, every=2)
+        run = sampled(law, size, 10_000, record_interval=2)
         loss, error = mean_and_error(1 - 2 * inertia * run.qvel.values[..., 0] ** 2 / law.tree.kT)
         assert abs(loss - size**2 * mean / 4) < SIGMAS * error
         assert error < worst * loss

@@ -80,7 +80,12 @@ def test_an_arm_that_folds_over_its_limited_axis_keeps_its_temperature():
     model.opt.gravity[:] = 0
     with pytest.warns(UserWarning, match="softened"):
         langevin = mm.Langevin(model, kT=0.2)
-    run = langevin.sample(20_000, replicas=16, every=20, settle=10_000)
+    run = langevin.sample(
+        20_000 * langevin.timestep,
+        replicas=16,
+        record_interval=20,
+        burn_in=10_000 * langevin.timestep,
+    )
     found = mm.observables.kinetic_temperature(model, run)
     assert (abs(found.temperature - 0.2) < 4.5 * found.error).all()  # errors: 2.5 and 7 %
     data, virial = mujoco.MjData(model), np.zeros(run.qpos.shape[:2])

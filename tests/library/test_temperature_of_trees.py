@@ -181,6 +181,11 @@ def test_steps_of_mujoco_are_too_cold_where_dry_friction_acts(half, kT, rate, ti
     model = mujoco.MjModel.from_xml_string(BOX.format(half=half, timestep=timestep))
     langevin = mm.Langevin(model, kT, splitting="o-step-o", friction=rate, seed=1)
     settle, nstep = round(2 / timestep), round(20 / timestep)
-    run = langevin.sample(nstep, replicas=16, every=10, settle=settle)
+    run = langevin.sample(
+        nstep * langevin.timestep,
+        replicas=16,
+        record_interval=10,
+        burn_in=settle * langevin.timestep,
+    )
     ratios = (run.qvel.values**2 @ model.dof_M0).mean(axis=1) / (6 * kT)
     assert ratios.mean() + 5 * ratios.std(ddof=1) / 4 < most

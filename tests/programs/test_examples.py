@@ -222,7 +222,13 @@ def test_the_beads_fold_as_they_cool_and_open_again(example):
     langevin = mm.Langevin(model, kT=beads.COOLING[-1], seed=8)
     assert langevin.largest_timestep(data) > 1.3 * model.opt.timestep  # 2.0
     # 8 replicas of 100 records: one in 1000 seeds fails.
-    run = langevin.sample(1000, replicas=8, every=10, settle=400, initial=data)
+    run = langevin.sample(
+        1000 * langevin.timestep,
+        replicas=8,
+        record_interval=10,
+        burn_in=400 * langevin.timestep,
+        initial=data,
+    )
     kinetic = mm.observables.kinetic_temperature(model, run)
     assert abs(kinetic.total - 5e-4) < 5 * kinetic.total_error  # 0.02, of an error of 2 %
 

@@ -251,7 +251,9 @@ def _sampled(kind: str) -> xr.Dataset:
         thermostat = mm.Langevin(fresh, 0.5, friction=1.0, disable=disable)
         made = mujoco.MjData(fresh)
         made.qfrc_applied[:] = 0.1
-        return thermostat.sample(100, replicas=2, every=5, initial=made)
+        return thermostat.sample(
+            100 * thermostat.timestep, replicas=2, record_interval=5, initial=made
+        )
 
 
 def sampled(kind: str) -> xr.Dataset:

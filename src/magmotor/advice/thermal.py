@@ -159,7 +159,10 @@ class Thermal:
         every = round(self._every / factor)
         try:
             run = thermostat.sample(
-                every * self._records, replicas=REPLICAS, every=every, initial=data
+                every * self._records * thermostat.timestep,
+                replicas=REPLICAS,
+                record_interval=every,
+                initial=data,
             )
         except LangevinDiverged:
             return None

@@ -39,7 +39,7 @@ def metropolis(
     samples: Count = 1000,
     replicas: Count = 16,
     seed: Seed = 0,
-    every: Count = 10,
+    record_interval: Count = 10,
     burn_in: Annotated[int, integer(at_least=0)] = 1000,
     potential: Energy | None = None,
     initial: ArrayLike | None = None,
@@ -66,7 +66,7 @@ def metropolis(
     replicas : int
         Number of independent chains.
     seed : int
-    every : int
+    record_interval : int
         Number of sweeps from one record to the next.
     burn_in : int
         Number of sweeps before the first record.
@@ -126,13 +126,13 @@ def metropolis(
     walker = _Walker(model, kT, potential)
     starts = _starts(model, initial, replicas)
     progress = tqdm(
-        total=replicas * (burn_in + samples * every), desc="metropolis", unit="sweep", delay=2,
-        disable=None,
+        total=replicas * (burn_in + samples * record_interval), desc="metropolis", unit="sweep",
+        delay=2, disable=None,
     )  # fmt: skip
     chains = []
     for replica, start in enumerate(starts):
         random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(replica,)))
-        chains.append(walker.chain(start, random, samples, every, burn_in, progress))
+        chains.append(walker.chain(start, random, samples, record_interval, burn_in, progress))
     progress.close()
     positions, energies, acceptance = (np.stack(each) for each in zip(*chains, strict=True))
     return xr.Dataset(
@@ -146,7 +146,7 @@ def metropolis(
             ),
         },
         {"replica": np.arange(replicas), "move": [*walker.names]},
-        {"kT": kT, "seed": seed, "every": every, "burn_in": burn_in},
+        {"kT": kT, "seed": seed, "record_interval": record_interval, "burn_in": burn_in},
     )  # fmt: skip
 
 
@@ -190,7 +190,7 @@ class _Walker:
         start: Array,
         random: np.random.Generator,
         samples: int,
-        every: int,
+        record_interval: int,
         burn_in: int,
         progress: tqdm,
     ) -> tuple[Array, Array, Array]:
@@ -210,12 +210,12 @@ class _Walker:
         widths, counts = self.widths(steps), np.zeros(len(steps))
         positions, energies = np.empty((samples, self.model.nq)), np.empty(samples)
         for i in range(samples):
-            for _ in range(every):
+            for _ in range(record_interval):
                 state, accepted = self.sweep(state, widths, random)
                 counts += accepted
             positions[i], energies[i] = state.position, state.energy
-            progress.update(every)
-        return positions, energies, counts / (samples * every)
+            progress.update(record_interval)
+        return positions, energies, counts / (samples * record_interval)
 
     def widths(self, steps: Array) -> Array:
         """Return the standard deviations of all moves, shape (moves, nv).

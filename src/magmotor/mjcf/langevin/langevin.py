@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, check_integer, check_type, elements
+from magmotor.common.checks import check_choice, check_integer, check_number, check_type, elements
 from magmotor.common.environment import physical_memory
 from magmotor.common.exceptions import ArgumentError, MagmotorError
 from magmotor.mjcf import hooks
@@ -39,7 +39,7 @@ from magmotor.mjcf.langevin.own_model import (
     without_friction,
 )
 from magmotor.mjcf.langevin.refusals import refusal_with_remedies
-from magmotor.mjcf.langevin.relaxation import unsettled
+from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.stability import largest_timestep
@@ -155,6 +155,8 @@ class Langevin(Thermostat):
     ----------
     model : mujoco.MjModel
         The model as given.
+    timestep : float
+        That of the model, in s.
     effective_model : mujoco.MjModel
         The model that is integrated: with disabled flags, and with soft constraints that suit the
         timestep. Its potential is that of the ensemble.
@@ -200,7 +202,9 @@ class Langevin(Thermostat):
     ...   </worldbody>
     ... </mujoco>
     ... ''')
-    >>> run = mm.Langevin(model, kT=0.5).sample(10_000, replicas=4, every=10, settle=5000)
+    >>> run = mm.Langevin(model, kT=0.5).sample(
+    ...     duration=20.0, replicas=4, record_interval=10, burn_in=10.0
+    ... )
     >>> run.qpos.shape
     (4, 1000, 1)
     """
@@ -303,11 +307,11 @@ class Langevin(Thermostat):
 
     def sample(
         self,
-        nstep: int,
+        duration: float,
         *,
         replicas: int = 1,
-        every: int = 1,
-        settle: int = 0,
+        record_interval: int = 1,
+        burn_in: float = 0.0,
         initial: mujoco.MjData | None = None,
     ) -> xr.Dataset:
         """Run replicas on all cores, and record them.
@@ -316,14 +320,14 @@ class Langevin(Thermostat):
 
         Parameters
         ----------
-        nstep : int
-            Number of steps of each replica.
+        duration : float
+            Time of each replica in s, in whole steps that end with the last record.
         replicas : int
             Each has its own noise.
-        every : int
-            Number of steps between two records.
-        settle : int
-            Number of unrecorded steps before the `nstep` steps.
+        record_interval : int
+            Record every n-th step.
+        burn_in : float
+            Time before that, in s, to the nearest step, which is not recorded.
         initial : mujoco.MjData, optional
             Initial state, and applied forces and controls; by default those of `mj_resetData`.
 
@@ -356,48 +360,58 @@ class Langevin(Thermostat):
             velocities, only the one with the weakest friction is judged and no position, by
             "o-step-o" only velocities.
         """
-        nstep = check_integer("nstep", nstep, at_least=1)
-        every = check_integer("every", every, at_least=1, at_most=nstep)
-        replicas = check_integer("replicas", replicas, at_least=1)
-        settle = check_integer("settle", settle, at_least=0)
+        sampling = self._sampling(duration, replicas, record_interval, burn_in)
         if initial is not None:
             check_type("initial", initial, mujoco.MjData)
             self._check_data(initial)
-        nq, nv, baths = self.model.nq, self.model.nv, len(self.kT)
-        records = nstep // every
-        shape = replicas, records, nq + nv + baths + 1
+        shape = replicas, sampling.records, self.model.nq + self.model.nv + len(self.kT) + 1
         if 8 * np.prod(shape, dtype=float) > physical_memory():
-            raise ArgumentError(
-                "nstep", nstep, f"{replicas} x {records} records do not fit in memory"
-            )
+            sentence = f"{replicas} x {sampling.records} records do not fit in memory"
+            raise ArgumentError("duration", duration, sentence)
         self._compile()
         if kT := max(self.kT.values()):
             forces = None if "S" in self._scheme.parts else self.forces
-            start, numbers = self._start(initial), (settle, every, records, replicas)
+            start = self._start(initial)
             if warning := unsettled(
-                self.model, start, self._friction, self._scheme, forces, kT, *numbers
+                self.model, start, self._friction, self._scheme, forces, kT, sampling
             ):
                 warnings.warn(warning, stacklevel=2)
         out = np.full(shape, np.nan)
         lost: dict[int, float] = {}
         with tqdm(
-            total=replicas * (settle + nstep), desc="Langevin", unit="step", delay=2, disable=None
-        ) as progress:
-            follow = partial(self._follow, out, lost, settle, nstep, every, initial, progress)
+            total=replicas * (sampling.burn_in + sampling.nstep), desc="Langevin", unit="step",
+            delay=2, disable=None,
+        ) as progress:  # fmt: skip
+            follow = partial(self._follow, out, lost, sampling, initial, progress)
             on_threads(follow, replicas, min(replicas, os.cpu_count() or 1))
-        run = self._dataset(out, every, initial)
+        run = self._dataset(out, record_interval, initial)
         if lost:
             replica, when = min(lost.items())
             raise LangevinDiverged(replica, when, len(lost), run)
         return run
 
+    def _sampling(
+        self, duration: float, replicas: int, record_interval: int, burn_in: float
+    ) -> Sampling:
+        """Check the numbers of a sample, and return them in steps."""
+        h = self.timestep
+        duration = check_number("duration", duration, at_least=h, unit="s (one timestep)")
+        nstep = int(duration / h * (1 + 1e-12))
+        interval = check_integer("record_interval", record_interval, at_least=1, at_most=nstep)
+        burn_in = check_number("burn_in", burn_in, at_least=0, unit="s")
+        for name, value in (("duration", duration), ("burn_in", burn_in)):
+            if value / h >= LARGEST_STEP:
+                raise ArgumentError(name, value, "must be less than 2^53 timesteps")
+        return Sampling(
+            round(burn_in / h), interval, nstep // interval,
+            check_integer("replicas", replicas, at_least=1),
+        )  # fmt: skip
+
     def _follow(
         self,
         out: Array,
         lost: dict[int, float],
-        settle: int,
-        nstep: int,
-        every: int,
+        sampling: Sampling,
         initial: mujoco.MjData | None,
         progress: Any,
         replica: int,
@@ -405,15 +419,16 @@ class Langevin(Thermostat):
     ) -> None:
         """Run one replica, in calls of about 0.1 s."""
         data = self._start(initial)
-        data.time, following = 0.0, 0
-        for records, count in ((out[replica, :0], settle), (out[replica], nstep)):
+        data.time, following, every = 0.0, 0, sampling.interval
+        burn_in = out[replica, :0], sampling.burn_in
+        for records, count in (burn_in, (out[replica], sampling.nstep)):
             exchanged = np.zeros(len(self.kT) + 1)
             for done, size in pieces(count, every, stop):
                 piece = records[done // every : (done + size) // every]
                 steps = Steps(following, size, min(size, every), replica, exchanged, piece)
                 following, exchanged = self._run(data, steps)
                 if following == BY_TIME or not np.isfinite(exchanged).all():
-                    lost[replica] = data.time - settle * self._timestep
+                    lost[replica] = data.time - sampling.burn_in * self.timestep
                     return
                 progress.update(size)
 
@@ -425,7 +440,7 @@ class Langevin(Thermostat):
 
     def _dataset(self, out: Array, every: int, initial: mujoco.MjData | None) -> xr.Dataset:
         nq, nv = self.model.nq, self.model.nv
-        times = self._timestep * every * np.arange(1, out.shape[1] + 1)
+        times = self.timestep * every * np.arange(1, out.shape[1] + 1)
         run = xr.Dataset(
             {
                 "qpos": (("replica", "time", "coordinate"), out[:, :, :nq]),
@@ -435,7 +450,7 @@ class Langevin(Thermostat):
             },
             {"time": times, "bath": [*self.kT]},
             {
-                "timestep": self._timestep,
+                "timestep": self.timestep,
                 "splitting": self.splitting,
                 "potential": potential_checksum(self.effective_model),
             },
@@ -504,9 +519,9 @@ class Langevin(Thermostat):
     def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
         if steps.first == BY_TIME:
-            if not abs(data.time / self._timestep) < LARGEST_STEP:
+            if not abs(data.time / self.timestep) < LARGEST_STEP:
                 raise ArgumentError("data.time", data.time, "must be less than 2^53 timesteps")
-            steps = steps._replace(first=math.floor(data.time / self._timestep + 0.5))
+            steps = steps._replace(first=math.floor(data.time / self.timestep + 0.5))
         done, room = self._call(data, steps)
         following = steps.first + done if done == steps.nstep else BY_TIME
         return Taken(following, room.exchanged)

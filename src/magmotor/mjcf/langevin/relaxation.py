@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -35,6 +36,22 @@ DOUBLINGS = 50
 """Number of times that a number of steps is doubled before nothing is forgotten."""
 
 
+class Sampling(NamedTuple):
+    """How much of a motion is recorded, in steps."""
+
+    burn_in: int
+    """Before the records."""
+    interval: int
+    """From one record to the next."""
+    records: int
+    replicas: int
+
+    @property
+    def nstep(self) -> int:
+        """Number of steps with the records."""
+        return self.interval * self.records
+
+
 @np.errstate(all="ignore")
 def unsettled(
     model: mujoco.MjModel,
@@ -43,10 +60,7 @@ def unsettled(
     scheme: Scheme,
     forces: Callable[[mujoco.MjData], Array] | None,
     kT: float,
-    settle: int,
-    every: int,
-    records: int,
-    replicas: int,
+    sampling: Sampling,
 ) -> str:
     """Return a warning if the records remember the initial state, else "".
 
@@ -63,9 +77,7 @@ def unsettled(
         not damp at all is left out.
     kT : float
         In J; it decides which positions have an equilibrium nearby and so are judged, too.
-    settle, every : int
-        Numbers of steps before the sample and from one record to the next.
-    records, replicas : int
+    sampling : Sampling
     """
     mujoco.mj_fwdPosition(model, data)
     inertia, damping = inertia_matrix(model, data), friction_matrix(model, data, friction)
@@ -82,7 +94,7 @@ def unsettled(
     parts = scheme.parts.replace("S", "R")
     step = splitting_step(parts, scheme.fractions, exact=True, response=crank_nicolson)
     motion = SmallMotion(np.zeros((n, n)), np.diag(np.maximum(rates, 0.0)), np.zeros((n, n)))
-    start, numbers = np.eye(2 * n)[:, n:], (settle, every, records, replicas)
+    start = np.eye(2 * n)[:, n:]
     kept = np.abs(np.diag(step(motion, timestep)[n:, n:]))
     loss, shape = -2 * math.log(max(kept.max(), LEAST)), np.eye(n)[kept.argmax()]
     hot = _times_hotter(model, data, inertia, kT)
@@ -94,12 +106,12 @@ def unsettled(
         except (ValueError, mujoco.FatalError):  # which the run meets, too
             return ""
         # The energy of an oscillation is lost half as fast.
-        if not held.any() and not _too_much(loss / 2, hot, *numbers):
+        if not held.any() and not _too_much(loss / 2, hot, sampling):
             return ""
         motion = motion._replace(stiffness=modes * np.maximum(values, 0.0) @ modes.T)
         start = block_diag(modes[:, held] / np.sqrt(values[held]), np.eye(n))
         loss, shape = _slowest(step(motion, timestep), motion.stiffness, start)
-    left = _too_much(loss, hot, *numbers)
+    left = _too_much(loss, hot, sampling)
     if not left or (forces is None and loss == 0.0):
         return ""
     position, velocity = np.split(start @ shape, 2)
@@ -166,22 +178,20 @@ def _remedy(loss: float, rate: float, timestep: float, hot: float, too_strong: s
     why = f"friction damps it at {rate:.2g} per s"
     if too_strong:
         why += f", too strongly for {too_strong} to follow in fewer steps"
-    duration = f"{needed:.2g} steps ({needed * timestep:.2g} s)"
-    return f"{why}: settle for {duration}, which leaves {100 * FORGOTTEN / hot:.2g} %"
+    burn_in = f"a burn_in of {needed * timestep:.2g} s ({needed:.2g} steps)"
+    return f"{why}: {burn_in} leaves {100 * FORGOTTEN / hot:.2g} %"
 
 
-def _too_much(
-    loss: float, hot: float, settle: int, every: int, records: int, replicas: int
-) -> float:
+def _too_much(loss: float, hot: float, sampling: Sampling) -> float:
     """Return the mean part in the records of an energy that decays by exp(-loss) in a step.
 
     The result is 0 if this is tolerated of a start that is `hot` times hotter than the sample. The
     relative variance of an energy is 2, and its correlation decays as it does.
     """
-    lost = loss * every
+    records, lost = sampling.records, loss * sampling.interval
     mean = math.expm1(-lost * records) / math.expm1(-lost) / records if lost > 0.0 else 1.0
-    left = math.exp(-loss * (settle + every)) * mean
-    independent = replicas * min(max(lost * records / 2, 1.0), records)
+    left = math.exp(-loss * (sampling.burn_in + sampling.interval)) * mean
+    independent = sampling.replicas * min(max(lost * records / 2, 1.0), records)
     tolerated = min(max(math.sqrt(2 / independent), TOLERATED), INTOLERABLE)
     return left if left * hot > tolerated else 0.0
 

@@ -109,7 +109,7 @@ class Thermostat(ABC):
         check_type("model", model, mujoco.MjModel)
         self.model = model
         self._recorded = model.nq + model.nv
-        self._timestep = model.opt.timestep
+        self.timestep = model.opt.timestep
 
     @abstractmethod
     def _compile(self) -> None:
@@ -220,11 +220,11 @@ class Thermostat(ABC):
 
     def _check_run(self, data: mujoco.MjData) -> None:
         """Check that the timestep is the same still, and that there is memory for the dipoles."""
-        if self.model.opt.timestep != self._timestep:
+        if self.model.opt.timestep != self.timestep:
             raise ArgumentError(
                 "timestep",
                 self.model.opt.timestep,
-                f"must still be {self._timestep:g}, since {type(self).__name__} reads it only once",
+                f"must still be {self.timestep:g}, since {type(self).__name__} reads it only once",
             )
         needed = stack_bytes(self.model)
         if needed > data.narena - data.parena - data.pstack:
