@@ -33,7 +33,7 @@ LEAST, USUAL, MOST = 48, 1.0, 10**8
 
 
 @checked
-def advise(
+def advise(  # noqa: PLR0913 (options)
     model: mujoco.MjModel,
     data: mujoco.MjData | None = None,
     *,
@@ -142,7 +142,7 @@ def advise(
     return advice
 
 
-def survey(
+def survey(  # noqa: PLR0913 (those of advise)
     model: mujoco.MjModel, data: mujoco.MjData | None, *, quantity: str | Function, error: float,
     budget: float, duration: float | None = None, detail: bool = False, kT: float | None = None,
     among: Collection[str] = (*INTEGRATORS,), tune: bool = True, every_element: bool = True,

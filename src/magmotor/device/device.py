@@ -176,10 +176,11 @@ class Device(ABC, Generic[S, T]):
         raise ArgumentError("scene", scene, f"a {type(scene).__name__} has no MuJoCo model")
 
     def ensemble(self, scene: S) -> Callable[..., xr.Dataset] | None:
-        """Return a function with the arguments of `mm.ensemble` that replaces the general one.
+        """Return a function of its own for `mm.ensemble`, which replaces the general one.
 
-        It also receives the function `simulate`, for methods without an ensemble of their own. By
-        default None: `mm.ensemble` runs `simulate` with replicas, and keeps their moments.
+        It receives the scene, the `EnsembleOptions`, and the function `simulate`, for methods
+        without an ensemble of their own. By default None: `mm.ensemble` runs `simulate` with
+        replicas, and keeps their moments.
         """
         return None
 

@@ -1,10 +1,11 @@
-"""The description of a run that `simulate` gives to an engine."""
+"""The descriptions of a run that `simulate` gives to an engine, and `ensemble` to a device."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from magmotor.noise import BrownianPath
 
@@ -73,6 +74,29 @@ class Job(NamedTuple):
         """Return the times of records `first + 1` to `last`."""
         steps = self.record_interval * np.arange(first + 1, last + 1, dtype=float)
         return self.timestep * steps
+
+
+class EnsembleOptions(NamedTuple):
+    """The arguments of `mm.ensemble`, which documents and checks them."""
+
+    method: str
+    timestep: float
+    duration: float
+    replicas: int
+    seed: int
+    sample_interval: int | None
+    burn_in: float
+    initial: Mapping[str, ArrayLike] | None
+    trajectories: int
+    threads: int | None
+    checkpoint: str | Path | None
+
+    @property
+    def steps_between_samples(self) -> int:
+        """The sample interval; by default, the number of steps in one unit of time."""
+        if self.sample_interval is None:
+            return max(1, round(1 / self.timestep))
+        return self.sample_interval
 
 
 METHODS = ("mujoco/euler", "mujoco/implicitfast", "mujoco/rk4")

@@ -79,17 +79,24 @@ def idle_elements(
         yield from _idle_magnets(model, magnets, "fields" in named)
         if unnumbered := _unnumbered(model):
             yield f'{listed(unnumbered)}: a site is a dipole if it has user="MOMENT", in A m^2'
-    if "noise" in named:
-        fixed = (body for body in range(model.nbody) if not can_move(model, body))
-        driven = [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
-        if driven:
-            yield f"noise of {listed(driven)}, since what cannot move is not driven"
+    if "noise" in named and (undriven := _undriven(model)):
+        yield f"noise of {listed(undriven)}, since what cannot move is not driven"
     yield from renamed(model)
     yield from _misplaced_fields(model)
-    if not has_plugin(model):
-        if disabled(model, "actuation"):
-            yield f"magnetism(), {SKIPPED}"
-        return
+    if has_plugin(model):
+        yield from _idle_plugin(model)
+    elif disabled(model, "actuation"):
+        yield f"magnetism(), {SKIPPED}"
+
+
+def _undriven(model: mujoco.MjModel) -> list[str]:
+    """Return the bodies with noise that cannot move."""
+    fixed = (body for body in range(model.nbody) if not can_move(model, body))
+    return [name_of(model, "body", body) for body in fixed if model.body_user[body].any()]
+
+
+def _idle_plugin(model: mujoco.MjModel) -> Iterator[str]:
+    """Yield when MuJoCo does not call the plugin, or not for all."""
     if (model.plugin == magmotor_plugin.register()).sum() > 1:
         yield "further instances of magmotor.forces, since the first one acts on the whole model"
     if disabled(model, "spring") and disabled(model, "damper"):

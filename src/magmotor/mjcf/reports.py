@@ -79,19 +79,7 @@ def _report_error(error, m, d, offsets):
     elif number in (errors.COIL, errors.FIELD_TUPLE, errors.IRON):
         _report_tuple(error, m, offsets, details, place)
     elif number >= 0:
-        if number == errors.TIME:
-            details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
-        elif number == errors.PATH:
-            details[0] = userdata_at(d, offsets, first)
-        elif number == errors.INDEX:
-            found = memory.details_on_stack()
-            invalid_index(model, found)
-            for k in range(3):
-                details[k] = memory.words(found, 4)[1 + k]
-        elif number == errors.MATERIAL:
-            details[0] = numbers_of(first, m, offsets)[0]
-        elif number == errors.OUTSIDE:
-            _locate(first, second, m, d, offsets, details)
+        _find_details(error, m, d, offsets, details)
         one, other = errors.ELEMENTS[number]
         nsite = m[offsets.nsite // 8]
         if one == errors.DIPOLE:
@@ -104,6 +92,25 @@ def _report_error(error, m, d, offsets):
                 other, second, details[0] = GEOM, second - nsite, details[0] + 2.0
         names = _name(model, one, first), _name(model, other, second)
         messages.fail(number, first, names[0], second, names[1], place)
+
+
+@subroutine(forceinline=True)
+def _find_details(error, m, d, offsets, details):
+    """Write the numbers that the sentence of an error has, besides those of its elements."""
+    number, first = error[0], error[1]
+    if number == errors.TIME:
+        details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
+    elif number == errors.PATH:
+        details[0] = userdata_at(d, offsets, first)
+    elif number == errors.INDEX:
+        found = memory.details_on_stack()
+        invalid_index(m.ctypes.data, found)
+        for k in range(3):
+            details[k] = memory.words(found, 4)[1 + k]
+    elif number == errors.MATERIAL:
+        details[0] = numbers_of(first, m, offsets)[0]
+    elif number == errors.OUTSIDE:
+        _locate(first, error[2], m, d, offsets, details)
 
 
 @subroutine

@@ -13,6 +13,7 @@ from magmotor.common.checks import check_type
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
 from magmotor.device.device import Scene
+from magmotor.device.job import EnsembleOptions
 from magmotor.device.provenance import attributes_of
 from magmotor.run.simulate import simulate
 
@@ -32,7 +33,7 @@ NOT_KEPT = "not kept"
 
 
 @checked(finite=False)
-def ensemble(
+def ensemble(  # noqa: PLR0913 (options)
     scene: Annotated[Scene, _with_noise],
     *,
     method: str,
@@ -120,13 +121,13 @@ def ensemble(
     ('quantity', 'time')
     """
     numerics = {"method": method, "timestep": timestep, "duration": duration, "seed": seed}
+    options = EnsembleOptions(
+        **numerics, replicas=replicas, sample_interval=sample_interval, burn_in=burn_in,
+        initial=initial, trajectories=trajectories, threads=threads, checkpoint=checkpoint,
+    )  # fmt: skip
     own = scene.device.ensemble(scene)
     if own is not None:
-        return own(
-            scene, **numerics, replicas=replicas, sample_interval=sample_interval,
-            burn_in=burn_in, initial=initial, trajectories=trajectories, threads=threads,
-            checkpoint=checkpoint, simulate=simulate,
-        )  # fmt: skip
+        return own(scene, options, simulate)
     unsupported = {"burn_in": burn_in, "trajectories": trajectories}
     unsupported |= {"threads": threads, "checkpoint": checkpoint}
     for name, value in unsupported.items():
@@ -135,13 +136,15 @@ def ensemble(
             raise ArgumentError(
                 name, value, f"must be left out: ensembles of a {kind} have moments only"
             )
-    interval = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
+    interval = options.steps_between_samples
     run = simulate(
         scene, **numerics, replicas=replicas, record_interval=interval, initial=initial
     )  # fmt: skip
-    options = {"replicas": replicas, "sample_interval": interval, **unsupported}
+    numerics |= {"replicas": replicas, "sample_interval": interval}
     kept = None if initial is None else NOT_KEPT
-    return _statistics(run).assign_attrs(attributes_of(scene, **numerics, **options, initial=kept))
+    return _statistics(run).assign_attrs(
+        attributes_of(scene, **numerics, **unsupported, initial=kept)
+    )
 
 
 def _statistics(run: xr.Dataset) -> xr.Dataset:

@@ -45,7 +45,7 @@ def methods(scene: Scene) -> tuple[str, ...]:
 
 
 @checked(finite=False)
-def simulate(
+def simulate(  # noqa: PLR0913 (options)
     scene: Scene,
     *,
     method: str | None = None,
@@ -138,7 +138,6 @@ def simulate(
     >>> print(f"{abs(run.momentum_map).max():.2e} {run.momentum_map.units}")
     1.86e-04 kg m^2/s
     """
-    interval = 1 if record_interval is None else record_interval
     device = scene.device
     if timestep is None and isinstance(path, BrownianPath):
         timestep = path.timestep
@@ -148,31 +147,18 @@ def simulate(
         method, timestep = choice.method, choice.timestep
     device.check_method(scene, method)
     duration = check_number("duration", duration, at_least=timestep, unit="s (one timestep)")
-    seed, interval = check_seed(seed), check_integer("record_interval", interval, at_least=1)
-    if interval > duration / timestep * (1 + 1e-12):
-        raise ArgumentError(
-            "record_interval", interval, f"must be at most {int(duration / timestep)} steps"
-        )
+    steps = duration / timestep
+    interval = _checked_interval(record_interval, steps)
     device.check_run(scene, method, timestep, replicas, allow_unstable)
     replicas = None if replicas is None else int(replicas)
-    if path is not None:
-        check_type("path", path, BrownianPath)
-    followed = path or BrownianPath(seed, timestep)
-    if abs(followed.timestep / timestep - 1) > 1e-12:
-        raise ArgumentError(
-            "path.timestep", followed.timestep, f"must equal the timestep, {timestep:g}"
-        )
-    steps = duration / timestep
+    followed = _followed(path, seed, timestep)
     first_step = _first_step(initial, followed, method)
     first = device.followed(scene, device.initial_state(scene, initial, replicas), method)
     record = sum(column.nbytes for column in first if column is not None)
     check_memory(steps / interval * record, interval)
     if (first_step + steps) * followed.factor > LARGEST_STEP:
-        raise ArgumentError(
-            "duration",
-            duration,
-            "must be so short that the Brownian path has fewer than 2^53 steps",
-        )
+        allowed = "must be so short that the Brownian path has fewer than 2^53 steps"
+        raise ArgumentError("duration", duration, allowed)
     records = int(steps * (1 + 1e-12)) // interval
     library, scheme = method.split("/")
     attributes = {
@@ -193,6 +179,29 @@ def simulate(
         checkpoint, task, records, lambda done: _expected(job, integrator.start(job), done)
     )
     return _collect(job, integrator.run, saved, attributes)
+
+
+def _checked_interval(record_interval: int | None, steps: float) -> int:
+    """Return the number of steps between records, of a run of `steps`."""
+    if record_interval is None:
+        return 1
+    interval = check_integer("record_interval", record_interval, at_least=1)
+    if interval > steps * (1 + 1e-12):
+        raise ArgumentError("record_interval", interval, f"must be at most {int(steps)} steps")
+    return interval
+
+
+def _followed(path: BrownianPath | None, seed: int, timestep: float) -> BrownianPath:
+    """Return the Brownian path of a run: the given one, or that of its seed."""
+    seed = check_seed(seed)
+    if path is None:
+        return BrownianPath(seed, timestep)
+    check_type("path", path, BrownianPath)
+    if abs(path.timestep / timestep - 1) > 1e-12:
+        raise ArgumentError(
+            "path.timestep", path.timestep, f"must equal the timestep, {timestep:g}"
+        )
+    return path
 
 
 def _engine(scene: Scene, name: str) -> Engine:

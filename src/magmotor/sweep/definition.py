@@ -99,14 +99,7 @@ class Sweep:
         """Check all arguments and choose those that are not given."""
         check_type("scene", self.scene, Scene)
         methods = self.scene.device.methods(self.scene)
-        if not isinstance(self.vary, Mapping):
-            raise ArgumentError("vary", self.vary, "must be a mapping of fields to their values")
-        if not isinstance(self.samples, Samples | None):
-            raise ArgumentError(
-                "samples", self.samples, "must be a magmotor.sweep.Samples, or None"
-            )
-        if not self.vary and self.samples is None:
-            raise ArgumentError("vary", dict(self.vary), "must have at least one field")
+        self._check_axes()
         seeds = checked_seeds(self.seeds)
         self._set("seeds", seeds if self.scene.device.is_random else seeds[:1])
         self._set("measure", self._checked_measure(self.measure))
@@ -120,10 +113,6 @@ class Sweep:
             check_number("timestep", self.timestep, above=0)
         check_choice("engine", self.engine, get_args(Engines))
         check_integer("record_interval", self.record_interval, at_least=1)
-        fields = [field for axis in self.axes for field in axis.fields]
-        for field in fields:
-            if fields.count(field) > 1:
-                raise ArgumentError("field", field, "must be varied only once")
         if self.method is None or self.timestep is None:
             self._choose()
         check_number("duration", self.duration, at_least=self.timestep or 0.0)
@@ -133,6 +122,21 @@ class Sweep:
             raise ArgumentError(
                 "versions", self.versions, "must be a mapping of names to versions, both strings"
             )
+
+    def _check_axes(self) -> None:
+        """Check what varies: some fields, and each only once."""
+        if not isinstance(self.vary, Mapping):
+            raise ArgumentError("vary", self.vary, "must be a mapping of fields to their values")
+        if not isinstance(self.samples, Samples | None):
+            raise ArgumentError(
+                "samples", self.samples, "must be a magmotor.sweep.Samples, or None"
+            )
+        if not self.vary and self.samples is None:
+            raise ArgumentError("vary", dict(self.vary), "must have at least one field")
+        fields = [field for axis in self.axes for field in axis.fields]
+        for field in fields:
+            if fields.count(field) > 1:
+                raise ArgumentError("field", field, "must be varied only once")
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)

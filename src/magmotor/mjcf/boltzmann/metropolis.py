@@ -32,7 +32,7 @@ FREE, SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 @checked
-def metropolis(
+def metropolis(  # noqa: PLR0913 (options)
     model: mujoco.MjModel,
     kT: Positive,
     *,

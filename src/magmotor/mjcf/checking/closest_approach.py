@@ -140,30 +140,27 @@ def _meeting(
         walls.remove(found.joint)
         gaps = _gaps(model, data, magnets, geoms, level, walls)
     of_dipoles, of_geoms = gaps
-    if other.images:
-        possible = touching if (of_geoms <= 0).any() else touching[:0]
-    else:
-        possible = _possible_rows(touching, geoms, of_geoms)
-        if 0 < len(possible) < len(touching):
-            return _meeting(model, data, magnets, possible, strong, built)
+    possible = _possible_rows(touching, geoms, of_geoms, whole=other.images > 0)
+    if 0 < len(possible) < len(touching):
+        return _meeting(model, data, magnets, possible, strong, built)
     near = bare & (of_dipoles <= COINCIDENCE)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
-    approach = spacing = linked = None
+    approach = linked = None
     wide = [_wide_pieces(model, *pair) for pair in ((other, one, held.T), (one, other, held))]
     if not len(possible):
         held, wide = np.full_like(held, np.inf), [np.zeros(length, bool) for length in held.shape]
     held[wide[0]] = held[:, wide[1]] = np.inf
-    if (held < np.inf).any():
-        if standing:
-            approach, k = closest_to_plane(one, other, standing, level, masses)
-            pose = standing.directions[k], standing.heights[k]
-            if approach:
-                shared = contacts_that_share(model, data, magnets, *pose, approach.depth, touching)
-                approach = approach._replace(contacts=shared)
-        else:
-            approach = closest_approach(sides, held, factor, masses)
-    if approach:
-        spacing = coarsest(sides, held)
+    if standing and (held < np.inf).any():
+        approach, k = closest_to_plane(one, other, standing, level, masses)
+        approach = approach and approach._replace(
+            contacts=contacts_that_share(
+                model, data, magnets, standing.directions[k], standing.heights[k], approach.depth,
+                touching,
+            )
+        )  # fmt: skip
+    elif (held < np.inf).any():
+        approach = closest_approach(sides, held, factor, masses)
+    spacing = coarsest(sides, held) if approach else None
     kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
     if kept.any():
         linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
@@ -181,8 +178,15 @@ def _meeting(
     )  # fmt: skip
 
 
-def _possible_rows(touching: NDArray, geoms: list[NDArray], gaps: Array) -> NDArray[np.int64]:
-    """Return the rows of two geoms that can touch, by lower bounds of their distances."""
+def _possible_rows(
+    touching: NDArray, geoms: list[NDArray], gaps: Array, *, whole: bool
+) -> NDArray[np.int64]:
+    """Return the rows of two geoms that can touch, by lower bounds of their distances.
+
+    If `whole`, they are all rows, or none.
+    """
+    if whole:
+        return touching if (gaps <= 0).any() else touching[:0]
     swapped = ~np.isin(touching[:, 0], geoms[0])
     first, second = np.where(swapped, touching[:, [1, 0]].T, touching[:, :2].T)
     places = np.searchsorted(geoms[0], first), np.searchsorted(geoms[1], second)

@@ -5,7 +5,7 @@ import json
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from magmotor.common.checks import check_choice
 from magmotor.common.environment import thread_count
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.interrupts import deferred
 from magmotor.device.checkpoint import Checkpoint, Expected
+from magmotor.device.job import EnsembleOptions
 from magmotor.device.states import checksum
 from magmotor.device.stops import SimulationInterrupted, stopped
 from magmotor.devices.disk.ensemble.result import Plan, plan, result
@@ -55,64 +56,49 @@ SECONDS_BETWEEN_CHECKS = 0.5
 
 
 def ensemble(
-    scene: Disk | LangevinParticle,
-    *,
-    method: str,
-    timestep: float,
-    duration: float,
-    replicas: int,
-    seed: int,
-    sample_interval: int | None,
-    burn_in: float,
-    initial: Mapping[str, ArrayLike] | None,
-    trajectories: int,
-    threads: int | None,
-    checkpoint: str | Path | None,
-    simulate: Callable[..., xr.Dataset],
+    scene: Disk | LangevinParticle, options: EnsembleOptions, simulate: Callable[..., xr.Dataset]
 ) -> xr.Dataset:
-    """Run an ensemble of disk or particle; `mm.ensemble` documents and checks the arguments."""
+    """Run an ensemble of disk or particle."""
+    method, timestep, replicas = options.method, options.timestep, options.replicas
     check_choice("method", method, scene.device.methods(scene))
-    seed = check_seed(seed)
-    if trajectories > replicas:
-        raise ArgumentError(
-            "trajectories", trajectories, f"must be at most {replicas}, the number of replicas"
-        )
+    seed = check_seed(options.seed)
+    if options.trajectories > replicas:
+        sentence = f"must be at most {replicas}, the number of replicas"
+        raise ArgumentError("trajectories", options.trajectories, sentence)
     if not scene.noise:
         raise ArgumentError(
             "noise", scene.noise, "must be positive, or all replicas would be the same"
         )
-    steps = max(1, round(1 / timestep)) if sample_interval is None else sample_interval
-    when = plan(timestep, duration, steps, burn_in)
+    when = plan(timestep, options.duration, options.steps_between_samples, options.burn_in)
     device: Any = scene.device
     device.check_run(scene, method, timestep, replicas)
-    first = device.initial_state(scene, initial, replicas)
+    first = device.initial_state(scene, options.initial, replicas)
     task = {
         "scene": type(scene).__name__,
         "scene_fields": json.dumps(dataclasses.asdict(scene)),
         "method": method,
         "timestep": timestep,
-        "duration": duration,
+        "duration": options.duration,
         "replicas": replicas,
         "seed": seed,
         "sample_interval": when.interval,
-        "burn_in": burn_in,
-        "trajectories": trajectories,
+        "burn_in": options.burn_in,
+        "trajectories": options.trajectories,
         "version": version("magmotor"),
-        "initial": None if initial is None else checksum(first),
+        "initial": None if options.initial is None else checksum(first),
     }
     engine, scheme = method.split("/")
     if engine == "variational":
         advance, coefficients = kernel(scene, scheme), step_coefficients(scene, scheme, timestep)
-        run = EnsembleRun(scene, task, when, first, checkpoint, advance, coefficients)
-        return run.to_the_end(threads or thread_count())
-    if threads is not None:
-        raise ArgumentError(
-            "threads", threads, "must be left out, since MuJoCo uses all processors"
-        )
+        run = EnsembleRun(scene, task, when, first, options.checkpoint, advance, coefficients)
+        return run.to_the_end(options.threads or thread_count())
+    if options.threads is not None:
+        sentence = "must be left out, since MuJoCo uses all processors"
+        raise ArgumentError("threads", options.threads, sentence)
     samples = simulate(
-        scene, method=method, timestep=timestep, seed=seed, replicas=replicas, initial=initial,
+        scene, method=method, timestep=timestep, seed=seed, replicas=replicas,
         duration=when.samples * when.interval * timestep, record_interval=when.interval,
-        checkpoint=checkpoint,
+        initial=options.initial, checkpoint=options.checkpoint,
     )  # fmt: skip
     run = EnsembleRun(scene, task, when, first, None, _replay(samples), lanes=COUNT)
     return run.to_the_end(thread_count())
