@@ -22,6 +22,12 @@ from .mjcf.arrows import draw_field as draw_field
 from .mjcf.arrows import draw_moments as draw_moments
 from .mjcf.checking.check import Check as Check
 from .mjcf.checking.check import check as check
+from .mjcf.compose import add_coil as add_coil
+from .mjcf.compose import add_dipole as add_dipole
+from .mjcf.compose import add_field as add_field
+from .mjcf.compose import add_iron as add_iron
+from .mjcf.compose import add_magnet as add_magnet
+from .mjcf.compose import add_magnetism as add_magnetism
 from .mjcf.describe import Description as Description
 from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field
