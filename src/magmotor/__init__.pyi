@@ -27,7 +27,6 @@ from .mjcf.compose import add_dipole as add_dipole
 from .mjcf.compose import add_field as add_field
 from .mjcf.compose import add_iron as add_iron
 from .mjcf.compose import add_magnet as add_magnet
-from .mjcf.compose import add_magnetism as add_magnetism
 from .mjcf.describe import Description as Description
 from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field
@@ -43,6 +42,7 @@ from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
 from .mjcf.magnets.magnet import Magnet as Magnet
 from .mjcf.magnets.magnet import magnet as magnet
+from .mjcf.spec_mark import add_magnetism as add_magnetism
 from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of
 from .run.ensemble import ensemble as ensemble

@@ -1,36 +1,25 @@
 """`add_dipole` and others: what a model declares by MJCF, added to an `MjSpec`.
 
-They also add the plugin `magmotor.forces` and the mark, a text that says what acts. They write no
-key `act`, since `MjSpec.attach` drops the plugin with its keys. It keeps texts, tuples and
-numerics, but puts a prefix before their names, so that they declare nothing. The mark of an
-attached spec says what the prefix is, and which of the names were declarations.
+Cross-references, such as that no site is in two coils, are checked where any model is compiled.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any
 from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
 
-import magmotor_plugin
 from magmotor.common.arguments import checked
-from magmotor.common.arrays import Array
 from magmotor.common.checks import check_array, reject
-from magmotor.common.hints import NotNegative, Positive, number, several
+from magmotor.common.hints import NotNegative, Positive, number, several, shaped
 from magmotor.mjcf.declarations.fields import are_valid
-from magmotor.mjcf.declarations.marks import WORDS
-from magmotor.mjcf.field_table import Vector
-from magmotor.mjcf.idle import NUMERICS, PREFIXES
 from magmotor.mjcf.magnets.magnet import SI, Error, Magnet, Units, elements_of
-from magmotor.mjcf.sentences import FIELD_RULE, MARK_NAME
-
-FORCES, INSTANCE = magmotor_plugin.FORCES.decode(), "magnets"
-"""The plugin, and the name of its instance."""
+from magmotor.mjcf.sentences import FIELD_RULE
+from magmotor.mjcf.spec_mark import let_act
 
 Place = mujoco.MjsBody | mujoco.MjsFrame
-Element = mujoco.MjsActuator | mujoco.MjsBody | mujoco.MjsGeom | mujoco.MjsNumeric | mujoco.MjsSite
+Vector = Annotated[Sequence[float], shaped(3)]
 Geoms = Annotated[Sequence[mujoco.MjsGeom], several(mujoco.MjsGeom)]
 Susceptibility = Annotated[float, number(at_least=-1)]
 
@@ -38,10 +27,13 @@ TYPES = {
     mujoco.MjsActuator: mujoco.mjtObj.mjOBJ_ACTUATOR,
     mujoco.MjsBody: mujoco.mjtObj.mjOBJ_BODY,
     mujoco.MjsGeom: mujoco.mjtObj.mjOBJ_GEOM,
-    mujoco.MjsNumeric: mujoco.mjtObj.mjOBJ_NUMERIC,
     mujoco.MjsSite: mujoco.mjtObj.mjOBJ_SITE,
 }
-"""Types of the elements that tuples list."""
+"""Types of the elements that tuples list besides numerics."""
+
+NUMERIC = mujoco.mjtObj.mjOBJ_NUMERIC
+Listed = tuple[mujoco.mjtObj, str, float]
+"""Type, name and `prm` of an element of a tuple."""
 
 
 @checked
@@ -100,8 +92,8 @@ def add_dipole(
     _check_new(spec, "site", name)
     if not np.any(zaxis):
         raise reject("zaxis", zaxis, "must not be zero")
-    site = body.add_site(name=name, pos=_list(pos), zaxis=_list(zaxis), userdata=[moment])
-    _let_act(spec, "dipoles")
+    site = body.add_site(name=name, pos=pos, zaxis=zaxis, userdata=[moment])
+    let_act(spec, "dipoles")
     return site
 
 
@@ -166,7 +158,7 @@ def add_magnet(
         _check_new(spec, tag, attributes.get("name", ""))
     geoms = [body.add_geom(**_arguments(each)) for tag, each in elements if tag == "geom"]
     sites = [body.add_site(**_arguments(each)) for tag, each in elements if tag == "site"]
-    _let_act(spec, "dipoles")
+    let_act(spec, "dipoles")
     return geoms, sites
 
 
@@ -219,10 +211,10 @@ def add_coil(
     if not dipoles:
         raise reject("dipoles", dipoles, "must be at least one site or body")
     listed = [_listed(spec, f"dipoles[{k}]", dipole) for k, dipole in enumerate(dipoles)]
-    listed = [(*_listed(spec, "actuator", actuator)[:2], saturation), *listed]
+    listed = [_listed(spec, "actuator", actuator, saturation), *listed]
     _check_new(spec, "tuple", name, "coil")
     added = _add_tuple(spec, name, listed)
-    _let_act(spec, "coils")
+    let_act(spec, "coils")
     return added
 
 
@@ -274,19 +266,19 @@ def add_field(
     """
     default, numbers = _numbers_of(field)
     name = name or default
-    _check_new(spec, "numeric", name, "field")
-    places = {"frame": frame, "actuator": actuator}
-    listed = [_listed(spec, what, each) for what, each in places.items() if each is not None]
+    for kind in ("numeric", "tuple"):
+        _check_new(spec, kind, name, "field")
+    listed = [(NUMERIC, name, 0.0)]
+    if frame is not None:
+        listed.append(_listed(spec, "frame", frame))
     if actuator is not None:
-        listed[-1] = (*listed[-1][:2], saturation)
+        listed.append(_listed(spec, "actuator", actuator, saturation))
     elif saturation:
         raise reject("saturation", saturation, "must be 0 without an actuator")
-    if listed:
-        _check_new(spec, "tuple", name, "field")
-    added = spec.add_numeric(name=name, data=_list(numbers), size=len(numbers))
-    if listed:
-        _add_tuple(spec, name, [_listed(spec, "field", added), *listed])
-    _let_act(spec, "fields")
+    added = spec.add_numeric(name=name, data=numbers, size=len(numbers))
+    if len(listed) > 1:
+        _add_tuple(spec, name, listed)
+    let_act(spec, "fields")
     return added
 
 
@@ -336,123 +328,24 @@ def add_iron(
     for kind in ("numeric", "tuple"):
         _check_new(spec, kind, name, "iron")
     numbers = [susceptibility, saturation] if saturation else [susceptibility]
-    material = spec.add_numeric(name=name, data=numbers, size=len(numbers))
-    added = _add_tuple(spec, name, [_listed(spec, "iron", material), *listed])
-    _let_act(spec, "iron")
+    spec.add_numeric(name=name, data=numbers, size=len(numbers))
+    added = _add_tuple(spec, name, [(NUMERIC, name, 0.0), *listed])
+    let_act(spec, "iron")
     return added
 
 
-@checked
-def add_magnetism(spec: mujoco.MjSpec) -> None:
-    """Let everything magnetic in an `MjSpec` act, also what others brought that were attached.
-
-    The other functions that add something do so, too. Call this one after `MjSpec.attach`, which
-    drops the plugin, and puts a prefix before the names of the mark, fields, coils, iron and
-    couplings, so that they are none. Names such as `hand/coil` become `coil_hand/coil`. Specs that
-    these functions have composed have a mark, from which the prefix is known; call this function
-    for any other spec before it is attached.
-
-    Parameters
-    ----------
-    spec : mujoco.MjSpec
-        Gets the plugin `magmotor.forces` and a mark, whose words are those of its own mark, of its
-        plugin's key `act`, and of the marks of attached specs. Without any of these, dipoles act.
-        The sizes `nuser_site`, `nuser_body` and `nuser_jnt`, if set, increase to what is needed.
-
-    Raises
-    ------
-    ValueError
-        An attached spec has another `magnetic_constant` or `magnetic_tolerance` than the spec, or
-        another plugin's instance is named `magnets`.
-
-    Examples
-    --------
-    >>> import mujoco
-    >>> import magmotor as mm
-    >>> hand, arm = mujoco.MjSpec(), mujoco.MjSpec()
-    >>> field = mm.add_field(hand, [0, 0, 0.02])
-    >>> _ = arm.attach(hand, prefix="hand/", frame=arm.worldbody.add_frame())
-    >>> mm.add_magnetism(arm)
-    >>> print(arm.numerics[0].name, arm.texts[0].data)
-    field_hand/field fields
-    """
-    _let_act(spec)
-
-
-def _let_act(spec: mujoco.MjSpec, *added: str) -> None:
-    """Add or complete the plugin and the mark, with the words of what was added."""
-    instance = next((each for each in spec.plugins if each.plugin_name == FORCES), None)
-    if instance is None:
-        if spec.plugin(INSTANCE) is not None:
-            sentence = f"must be that of {FORCES}, which needs this name for its instance"
-            raise reject(f"plugin {INSTANCE!r}", spec.plugin(INSTANCE).plugin_name, sentence)
-        spec.activate_plugin(FORCES)
-        instance = spec.add_plugin(name=INSTANCE, plugin_name=FORCES, active=True)
-    mark = spec.text(MARK_NAME)
-    words = [*(mark.data.split() if mark else []), *instance.config.get("act", "").split()]
-    for text in spec.texts:
-        prefix, found, suffix = text.name.rpartition(MARK_NAME)
-        act = text.data.split()
-        if found and text.name != MARK_NAME and act and {*act} <= {*WORDS}:
-            _give_names_back(spec, prefix, suffix, act)
-            spec.delete(text)
-            words += act
-    if not words and (not added or any(np.any(site.userdata) for site in spec.sites)):
-        words = ["dipoles"]
-    data = "all" if "all" in words else " ".join(dict.fromkeys([*words, *added]))
-    if mark:
-        mark.data = data
-    else:
-        spec.add_text(name=MARK_NAME, data=data)
-    instance.config = {}  # which would have to have the same words
-    for size, elements in (
-        ("nuser_site", spec.sites), ("nuser_body", spec.bodies), ("nuser_jnt", spec.joints)
-    ):  # fmt: skip
-        if getattr(spec, size) >= 0:  # else MuJoCo counts
-            longest = max((len(each.userdata) for each in elements), default=0)
-            setattr(spec, size, max(getattr(spec, size), longest))
-
-
-def _give_names_back(spec: mujoco.MjSpec, prefix: str, suffix: str, words: Iterable[str]) -> None:
-    """Put the word in front of names of an attached spec that started with it, if it is marked."""
-    for name in NUMERICS:
-        attached, own = spec.numeric(f"{prefix}{name}{suffix}"), spec.numeric(name)
-        if attached is not None and attached is not own:
-            if own is None or not np.array_equal(attached.data, own.data):
-                given = "nothing" if own is None else own.data[0]
-                sentence = f"must be that of the whole spec, {name} = {given}, since units agree"
-                raise reject(f"numeric {attached.name!r}", attached.data[0], sentence)
-            spec.delete(attached)
-    marked = [each for each in PREFIXES if {"all", each, f"{each}s"} & {*words}] if prefix else []
-    fields: dict[str, str] = {}
-    for word in marked:
-        for each in [*spec.tuples, *(spec.numerics if word == "field" else ())]:
-            if each.name.startswith(prefix + word) and each.name.endswith(suffix):
-                name = f"{word}_{each.name}"
-                if isinstance(each, mujoco.MjsNumeric):
-                    fields[each.name] = name
-                each.name = name
-    for each in spec.tuples:
-        numeric = [kind == mujoco.mjtObj.mjOBJ_NUMERIC for kind in each.objtype]
-        names = zip(each.objname, numeric, strict=True)
-        each.objname = [fields.get(name, name) if is_one else name for name, is_one in names]
-
-
-def _add_tuple(
-    spec: mujoco.MjSpec, name: str, listed: Sequence[tuple[Any, str, float]]
-) -> mujoco.MjsTuple:
-    """Add a tuple of elements, of which types, names and `prm` are given."""
+def _add_tuple(spec: mujoco.MjSpec, name: str, listed: Sequence[Listed]) -> mujoco.MjsTuple:
     types, names, numbers = map(list, zip(*listed, strict=True))
     return spec.add_tuple(name=name, objtype=types, objname=names, objprm=numbers)
 
 
-def _listed(spec: mujoco.MjSpec, argument: str, element: Any) -> tuple[Any, str, float]:
-    """Return type, name and `prm` of an element for a tuple; check that it can be listed."""
+def _listed(spec: mujoco.MjSpec, argument: str, element: Any, prm: float = 0.0) -> Listed:
+    """Return an element for a tuple, and check that it can be listed."""
     _check_owner(spec, argument, element)
     if element.name.split() != [element.name]:
         sentence = "must be one word, since a tuple lists names with spaces between them"
         raise reject(f"name of {argument}", element.name, sentence)
-    return TYPES[type(element)], element.name, 0.0
+    return TYPES[type(element)], element.name, prm
 
 
 def _check_owner(spec: mujoco.MjSpec, argument: str, element: Any) -> None:
@@ -460,22 +353,20 @@ def _check_owner(spec: mujoco.MjSpec, argument: str, element: Any) -> None:
     top = element
     while getattr(top, "parent", None) is not None:
         top = top.parent
-    owned = top in (spec.worldbody, *spec.actuators, *spec.numerics)
-    if not owned:
+    if top not in (spec.worldbody, *spec.actuators):
         raise reject(argument, element.name, "must be in the spec, not in another one")
 
 
 def _check_new(spec: mujoco.MjSpec, kind: str, name: str, word: str = "") -> None:
     """Check that a name starts with a word, if one is given, and is not taken."""
-    single = kind == "tuple" or name.split() == [name]
-    if not name.startswith(word) or (word and not single):
-        one = "" if kind == "tuple" else " and be one word"
-        raise reject("name", name, f"must start with {word!r}{one}")
+    single = word in ("", "coil") or name.split() == [name]  # tuples do not list coils
+    if not (name.startswith(word) and single):
+        raise reject("name", name, f"must start with {word!r}{' and be one word' * (not single)}")
     if name and getattr(spec, kind)(name) is not None:
         raise reject("name", name, f"must be new, since the spec has a {kind} of this name")
 
 
-def _numbers_of(field: Any) -> tuple[str, Array]:
+def _numbers_of(field: Any) -> tuple[str, list[float]]:
     """Return the name of a field, `field` unless it is MJCF, and its numbers."""
     name, numbers = "field", field
     if isinstance(field, str):
@@ -485,21 +376,15 @@ def _numbers_of(field: Any) -> tuple[str, Array]:
         except (ElementTree.ParseError, KeyError, ValueError):
             sentence = "must be numbers, or MJCF as tabulated_field returns it"
             raise reject("field", field, sentence) from None
-    array = check_array("field", numbers, "n")
-    if not are_valid(array.tolist(), thorough=True):
+    numbers = check_array("field", numbers, "n").tolist()
+    if not are_valid(numbers, thorough=True):
         raise reject("field", numbers, FIELD_RULE)
-    return name, array
+    return name, numbers
 
 
 def _arguments(attributes: dict[str, Any]) -> dict[str, Any]:
     """Return attributes of MJCF as arguments of `add_geom` and `add_site`."""
-    given = dict(attributes)
+    given = {{"user": "userdata"}.get(key, key): value for key, value in attributes.items()}
     if "type" in given:
         given["type"] = getattr(mujoco.mjtGeom, f"mjGEOM_{given['type'].upper()}")
-    if "user" in given:
-        given["userdata"] = [given.pop("user")]
-    return {key: np.atleast_1d(value) if key == "size" else value for key, value in given.items()}
-
-
-def _list(numbers: ArrayLike) -> list[float]:
-    return np.asarray(numbers, float).tolist()
+    return given

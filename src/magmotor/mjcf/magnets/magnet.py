@@ -221,7 +221,7 @@ def elements_of(
     strengths = moments @ magnet.direction / moment
     for k, (position, strength) in enumerate(zip(positions / length, strengths, strict=True)):
         named = {"name": f"{name} {k}"} if name else {}
-        site = {"pos": position, "zaxis": magnet.direction, "size": drawn, "user": strength}
+        site = {"pos": position, "zaxis": magnet.direction, "size": [drawn], "user": [strength]}
         yield "site", named | {key: _rounded(value) for key, value in site.items()}
 
 
