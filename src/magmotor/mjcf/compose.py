@@ -156,8 +156,10 @@ def add_magnet(
     elements = [*elements_of(magnet, error, gap, name, units)]
     for tag, attributes in elements:
         _check_new(spec, tag, attributes.get("name", ""))
-    geoms = [body.add_geom(**_arguments(each)) for tag, each in elements if tag == "geom"]
-    sites = [body.add_site(**_arguments(each)) for tag, each in elements if tag == "site"]
+    geoms, sites = (
+        [_add(body, tag, attributes) for tag, attributes in elements if tag == kind]
+        for kind in ("geom", "site")
+    )
     let_act(spec, "dipoles")
     return geoms, sites
 
@@ -382,9 +384,12 @@ def _numbers_of(field: Any) -> tuple[str, list[float]]:
     return name, numbers
 
 
-def _arguments(attributes: dict[str, Any]) -> dict[str, Any]:
-    """Return attributes of MJCF as arguments of `add_geom` and `add_site`."""
+def _add(body: Place, tag: str, attributes: dict[str, Any]) -> Any:
+    """Add an element, of which attributes of MJCF are given, to a body."""
     given = {{"user": "userdata"}.get(key, key): value for key, value in attributes.items()}
+    size = given.pop("size")
     if "type" in given:
         given["type"] = getattr(mujoco.mjtGeom, f"mjGEOM_{given['type'].upper()}")
-    return given
+    element = getattr(body, f"add_{tag}")(**given)
+    element.size[: len(size)] = size  # the others keep their defaults
+    return element
