@@ -347,6 +347,35 @@ def test_only_what_the_mark_of_the_attached_spec_names_gets_its_name_back():
     assert parent.text("a/notes on magmotor").data == "see the manual"
 
 
+def test_names_that_only_look_alike_remain():
+    spec, parent = composed(), mujoco.MjSpec.from_string(EMPTY)
+    body = spec.worldbody.add_body(name="field", pos=[0, 0, 1])
+    mm.add_dipole(spec, body, 1)
+    mm.add_coil(spec, spec.actuator("current"), [body], name="coil of a body")
+    spec.text("magmotor").data = "all"
+    remaining = ["magmotor/field", "my_magmotor/field_b", "magmotor/iron_b"]
+    for name in remaining[:2]:
+        parent.add_numeric(name=name, data=[1], size=1)
+    frame = parent.worldbody.add_frame()
+    parent.attach(spec, prefix="magmotor/", suffix="_b", frame=frame)
+    mm.add_magnetism(parent)
+    assert [(text.name, text.data) for text in parent.texts] == [("magmotor", "all")]
+    assert all(parent.numeric(name) is not None for name in remaining)
+    assert parent.numeric("field_magmotor/field_b") is not None
+    coil = parent.tuple("coil_magmotor/coil of a body_b")
+    assert [*coil.objname] == ["magmotor/current_b", "magmotor/field_b"]
+    parent.compile()
+
+
+def test_without_a_prefix_names_remain():
+    spec, parent = composed(), mujoco.MjSpec.from_string(EMPTY)
+    parent.attach(spec, prefix="", suffix="_b", frame=parent.worldbody.add_frame())
+    mm.add_magnetism(parent)
+    assert [text.name for text in parent.texts] == ["magmotor"]
+    assert [each.name for each in parent.numerics][:2] == ["field_b", "field_of_hand_b"]
+    assert [each.name for each in parent.tuples][:2] == ["coil of the hand_b", "field_of_hand_b"]
+
+
 def test_noise_and_potentials_of_an_attached_spec():
     spec = mujoco.MjSpec.from_string("""<mujoco><worldbody><body user="0 0 0 0 0 1e-3">
       <joint name="axis" axis="0 0 1" user="0 0.2" damping="1"/><geom size="0.1"/><site user="1 0"/>
