@@ -1,5 +1,7 @@
 """Models composed with `MjSpec`: the same as by MJCF, also after `attach` and as XML."""
 
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import magmotor as mm
 
 GAUGE = mm.magnet("cylinder", (0.01, 0.004), grade="N42", direction=(0, 3, 4))
 RING = mm.magnet("ring", (0.004, 0.01, 0.005), remanence=1.2)
-ACCURACY = {"error": 0.05, "gap": 0.02}
+ACCURACY: dict[str, Any] = {"error": 0.05, "gap": 0.02}
 
 PLUGIN = """<extension><plugin plugin="magmotor.forces"><instance name="magnets"/></plugin>
 </extension>"""
