@@ -26,6 +26,11 @@ from .mjcf.arrows import draw_field as draw_field
 from .mjcf.arrows import draw_moments as draw_moments
 from .mjcf.checking.check import Check as Check
 from .mjcf.checking.check import check as check
+from .mjcf.compose import add_coil as add_coil
+from .mjcf.compose import add_dipole as add_dipole
+from .mjcf.compose import add_field as add_field
+from .mjcf.compose import add_iron as add_iron
+from .mjcf.compose import add_magnet as add_magnet
 from .mjcf.describe import Description as Description
 from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field
@@ -41,6 +46,7 @@ from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
 from .mjcf.magnets.magnet import Magnet as Magnet
 from .mjcf.magnets.magnet import magnet as magnet
+from .mjcf.spec_mark import add_magnetism as add_magnetism
 from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of
 from .run.ensemble import ensemble as ensemble

@@ -98,6 +98,12 @@ STILL = {
     "run": xr.Dataset({name: (("time", "n"), np.ones((16, 1))) for name in ("qpos", "qvel")}),
 }
 
+SPEC = mujoco.MjSpec.from_string("""
+<mujoco>
+  <worldbody><site name="tip"/><geom name="ball" size="1"/></worldbody>
+  <actuator><general name="current" site="tip"/></actuator>
+</mujoco>""")
+
 CALLS: dict[Any, dict[str, Any]] = {
     **{
         getattr(mm.theory, name): {"scene": scene}
@@ -224,6 +230,27 @@ CALLS: dict[Any, dict[str, Any]] = {
         "shape": (4, 4, 4),
     },
     mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
+    mm.add_dipole: {
+        "spec": SPEC, "body": SPEC.worldbody, "moment": 1.0, "pos": VECTOR, "zaxis": VECTOR,
+        "name": "",
+    },
+    mm.add_magnet: {
+        "spec": SPEC, "body": SPEC.worldbody, "magnet": mm.magnet("sphere", 0.01, remanence=1.2),
+        "error": 0.1, "gap": 0.02, "name": "", "units": (1, 1, 1),
+    },
+    mm.add_coil: {
+        "spec": SPEC, "actuator": SPEC.actuators[0], "dipoles": [SPEC.site("tip")],
+        "saturation": 1.0, "name": "coil",
+    },
+    mm.add_field: {
+        "spec": SPEC, "field": VECTOR, "frame": SPEC.site("tip"), "actuator": SPEC.actuators[0],
+        "saturation": 1.0, "name": "field",
+    },
+    mm.add_iron: {
+        "spec": SPEC, "geoms": [SPEC.geom("ball")], "susceptibility": 1.0, "saturation": 1.0,
+        "name": "iron",
+    },
+    mm.add_magnetism: {"spec": SPEC},
     mm.describe: {"model": MODEL},
     mm.check: {"model": MODEL},
     mm.advise: {

@@ -96,8 +96,7 @@ def test_a_plugin_that_attach_drops_comes_back_by_the_lines_that_are_printed(tel
     assert pulled(attached(arm=mark + extension).compile()) == pytest.approx(
         force, rel=1e-13, abs=0
     )
-    for statement in line.partition("in Python ")[2].split(" and "):
-        exec(statement, {"spec": spec})
+    exec(line.partition("in Python ")[2], {"spec": spec, "mm": mm})
     restored = spec.compile()
     assert pulled(restored) == pytest.approx(force, rel=1e-13, abs=0)
     tell(restored)

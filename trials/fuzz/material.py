@@ -96,6 +96,11 @@ MODELS = {
         pos="0 0 -.1"><joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.1" size=".01"/>
         </body></body></worldbody></mujoco>""",
 }  # fmt: skip
+DRAFT = """<mujoco><size nuser_site="0"/><custom><numeric name="field_2" data="0 0 1"/></custom>
+    <worldbody><geom name="table" type="plane" size="1 1 1"/><body name="hand" pos="0 0 1">
+    <freejoint/><frame name="palm"/><geom name="ball" size=".1"/><geom size=".1"/><site name="tip"
+    user="2"/></body></worldbody><actuator><general name="current" site="tip" gainprm="0"/>
+    </actuator></mujoco>"""
 CONTROLS = int(mujoco.mjtState.mjSTATE_CTRL)
 TEMPERATURES = {
     "arm": {"shoulder": 0.5, "elbow": 0.2, "rope": 0.1},
@@ -193,6 +198,20 @@ _models: dict[str, mujoco.MjModel] = {}
 def specification(kind: str) -> mujoco.MjSpec:
     """A user's model that is not yet compiled."""
     return mujoco.MjSpec.from_string(MODELS[kind])
+
+
+_drafts: list[mujoco.MjSpec] = []
+
+
+def draft() -> mujoco.MjSpec:
+    """A spec to which something is added; `drafted` is the same one, for its elements."""
+    _drafts[:] = [mujoco.MjSpec.from_string(DRAFT)]
+    return drafted()
+
+
+def drafted() -> mujoco.MjSpec:
+    """The last draft."""
+    return _drafts[0]
 
 
 def model(kind: str) -> mujoco.MjModel:

@@ -277,11 +277,9 @@ def elsewhere(found: Description, *, briefly: bool = False) -> Iterator[str]:
 def _remedy(marked: bool) -> str:
     """Say how to add the plugin to a model."""
     config = "" if marked else '<config key="act" value="dipoles"/>'
-    python = "" if marked else '.config = {"act": "dipoles"}'
     return (
         f'in the file, add <extension><plugin plugin="{FORCES}"><instance name="magnets">{config}'
-        f'</instance></plugin></extension>, or in Python spec.activate_plugin("{FORCES}") and'
-        f' spec.add_plugin(name="magnets", plugin_name="{FORCES}", active=True){python}'
+        f"</instance></plugin></extension>, or in Python mm.add_magnetism(spec)"
     )
 
 

@@ -42,6 +42,13 @@ MARK_NAME, ALIKE = "magmotor", 0.85
 ONLY_NAME = f"since only the name {MARK_NAME} makes it a mark"
 """Why a text with the words of a mark is none."""
 
+FIELD_RULE = (
+    "must be B in T (3 finite numbers), B and G_xx G_xy G_xz G_yy G_yz in T/m (8), or a table:"
+    " numbers of nodes n_x n_y n_z, each at least 4, the first node x y z, positive spacings, and"
+    " 3 n_x n_y n_z flux densities"
+)
+"""What the numbers of a field must be."""
+
 _INERT = {
     NO_DIPOLES: (
         'it has no dipole sites (a site with user="MOMENT" in A m^2, along its z axis); Brownian'
@@ -219,11 +226,7 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
         " farther apart, or make one geom of them"
     ),
     errors.COIL: _tuple_error("coil", _OF_COILS),
-    errors.FIELD: (
-        "numeric {} {!r}: a field must be B in T (3 finite numbers), B and G_xx G_xy G_xz G_yy G_yz"
-        " in T/m (8), or a table: numbers of nodes n_x n_y n_z, each at least 4, the first node"
-        " x y z, positive spacings, and 3 n_x n_y n_z flux densities".format
-    ),
+    errors.FIELD: ("numeric {} {!r}: a field " + FIELD_RULE).format,
     errors.FIELD_TUPLE: _tuple_error("field", _OF_FIELDS),
     errors.IRON: _tuple_error("iron", _OF_IRON),
     errors.MATERIAL: (

@@ -136,8 +136,7 @@ def check_fields(error, table, thorough, m, offsets):
             return
 
 
-@subroutine(forceinline=True)
-def _are_valid(numbers, thorough):
+def are_valid(numbers, thorough):
     """Whether numbers are those of a field; of a table, the nodes are read if `thorough`."""
     size = len(numbers)
     valid = size in (UNIFORM, GRADIENT)
@@ -154,3 +153,6 @@ def _are_valid(numbers, thorough):
     for k in range(size if thorough else min(size, HEADER)):
         total += 0.0 * numbers[k]
     return valid and total == 0.0
+
+
+_are_valid = subroutine(are_valid, forceinline=True)

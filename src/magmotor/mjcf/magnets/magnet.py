@@ -16,7 +16,7 @@ from magmotor.common.checks import check_array, check_choice, check_number
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, number, numbers
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
-from magmotor.mjcf.magnets.bodies import Ball, Cuboid, Geom, Tube
+from magmotor.mjcf.magnets.bodies import Ball, Cuboid, Tube
 from magmotor.mjcf.magnets.grades import GRADES, NDFEB
 from magmotor.mjcf.magnets.layout import smallest_layout
 
@@ -192,10 +192,7 @@ class Magnet:
         Notes
         -----
         The model must contain `<custom><text name="magmotor" data="dipoles"/></custom>` or the
-        plugin; see `magnetism`. With `MjSpec`, attach the text to a body:
-
-            piece = mujoco.MjSpec.from_string(f"<mujoco><worldbody>{text}</worldbody></mujoco>")
-            spec.attach(piece, prefix="left ", frame=body.add_frame())
+        plugin; see `magnetism`. With `MjSpec`, `add_magnet` adds the same elements, and these, too.
 
         Examples
         --------
@@ -204,22 +201,29 @@ class Magnet:
         <geom type="sphere" size="0.005" mass="0.00392699081699"/>
         <site pos="0 0 0" zaxis="0 0 1" size="0.0004" user="0.541666666667"/>
         """
-        length, mass, moment = units
-        positions, moments = self.dipoles(error, gap)
-        body = type(self._body)(*(edge / length for edge in self._body))
-        strengths = moments @ self.direction / moment
-        lines = self._lines(body, self.mass / mass, positions / length, strengths, name)
-        return "\n".join(lines)
+        elements = elements_of(self, error, gap, name, units)
+        return "\n".join(_text(tag, attributes) for tag, attributes in elements)
 
-    def _lines(
-        self, body: Body, mass: float, positions: Array, strengths: Array, name: str
-    ) -> Iterator[str]:
-        for k, geom in enumerate(body.geoms(mass)):
-            yield _element("geom", f"{name} {k}" if name and k else name, geom)
-        drawn = DRAWN * min(body.extents)
-        for k, (position, strength) in enumerate(zip(positions, strengths, strict=True)):
-            site = {"pos": position, "zaxis": self.direction, "size": drawn, "user": strength}
-            yield _element("site", f"{name} {k}" if name else "", site)
+
+def elements_of(
+    magnet: Magnet, error: float, gap: float, name: str, units: tuple[float, float, float]
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the tag and the attributes of each element of a magnet; see `Magnet.mjcf`.
+
+    Numbers have twelve digits.
+    """
+    length, mass, moment = units
+    positions, moments = magnet.dipoles(error, gap)
+    body = type(magnet._body)(*(edge / length for edge in magnet._body))
+    for k, geom in enumerate(body.geoms(magnet.mass / mass)):
+        named = {"name": f"{name} {k}" if k else name} if name else {}
+        yield "geom", named | {key: _rounded(value) for key, value in geom.items()}
+    drawn = DRAWN * min(body.extents)
+    strengths = moments @ magnet.direction / moment
+    for k, (position, strength) in enumerate(zip(positions / length, strengths, strict=True)):
+        named = {"name": f"{name} {k}"} if name else {}
+        site = {"pos": position, "zaxis": magnet.direction, "size": [drawn], "user": [strength]}
+        yield "site", named | {key: _rounded(value) for key, value in site.items()}
 
 
 @checked
@@ -300,14 +304,22 @@ def magnet(
     return made
 
 
-def _element(tag: str, name: str, attributes: Geom) -> str:
-    """Return an element of MJCF, with twelve digits of each number."""
-    words = [tag, f"name={quoteattr(name)}"] if name else [tag]
+def _rounded(value: str | int | ArrayLike) -> Any:
+    """Return a word or an integer as it is, and twelve digits of each other number."""
+    if isinstance(value, str | int):
+        return value
+    numbers = np.atleast_1d(value)
+    tiny = abs(numbers) < 1e-15 * abs(numbers).max()
+    digits = [float(f"{part:.12g}") for part in np.where(tiny, 0.0, numbers)]
+    return digits if np.ndim(value) else digits[0]
+
+
+def _text(tag: str, attributes: dict[str, Any]) -> str:
+    """Return an element of MJCF."""
+    words = [tag]
     for key, value in attributes.items():
         text = value
         if not isinstance(value, str):
-            numbers = np.atleast_1d(value)
-            tiny = abs(numbers) < 1e-15 * abs(numbers).max()
-            text = " ".join(f"{part:.12g}" for part in np.where(tiny, 0.0, numbers))
-        words.append(f'{key}="{text}"')
+            text = " ".join(f"{part:.12g}" for part in np.atleast_1d(value))
+        words.append(f"{key}={quoteattr(text)}")
     return f"<{' '.join(words)}/>"
