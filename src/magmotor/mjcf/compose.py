@@ -11,7 +11,8 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arguments import checked
-from magmotor.common.checks import check_array, reject
+from magmotor.common.checks import check_array
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import NotNegative, Positive, number, several, shaped
 from magmotor.mjcf.declarations.fields import are_valid
 from magmotor.mjcf.magnets.magnet import SI, Error, Magnet, Units, elements_of
@@ -91,7 +92,7 @@ def add_dipole(
     _check_owner(spec, "body", body)
     _check_new(spec, "site", name)
     if not np.any(zaxis):
-        raise reject("zaxis", zaxis, "must not be zero")
+        raise ArgumentError("zaxis", zaxis, "must not be zero")
     site = body.add_site(name=name, pos=pos, zaxis=zaxis, userdata=[moment])
     let_act(spec, "dipoles")
     return site
@@ -211,7 +212,7 @@ def add_coil(
     coil
     """
     if not dipoles:
-        raise reject("dipoles", dipoles, "must be at least one site or body")
+        raise ArgumentError("dipoles", dipoles, "must be at least one site or body")
     listed = [_listed(spec, f"dipoles[{k}]", dipole) for k, dipole in enumerate(dipoles)]
     listed = [_listed(spec, "actuator", actuator, saturation), *listed]
     _check_new(spec, "tuple", name, "coil")
@@ -276,7 +277,7 @@ def add_field(
     if actuator is not None:
         listed.append(_listed(spec, "actuator", actuator, saturation))
     elif saturation:
-        raise reject("saturation", saturation, "must be 0 without an actuator")
+        raise ArgumentError("saturation", saturation, "must be 0 without an actuator")
     added = spec.add_numeric(name=name, data=numbers, size=len(numbers))
     if len(listed) > 1:
         _add_tuple(spec, name, listed)
@@ -346,7 +347,7 @@ def _listed(spec: mujoco.MjSpec, argument: str, element: Any, prm: float = 0.0) 
     _check_owner(spec, argument, element)
     if element.name.split() != [element.name]:
         sentence = "must be one word, since a tuple lists names with spaces between them"
-        raise reject(f"name of {argument}", element.name, sentence)
+        raise ArgumentError(f"name of {argument}", element.name, sentence)
     return TYPES[type(element)], element.name, prm
 
 
@@ -356,16 +357,18 @@ def _check_owner(spec: mujoco.MjSpec, argument: str, element: Any) -> None:
     while getattr(top, "parent", None) is not None:
         top = top.parent
     if top not in (spec.worldbody, *spec.actuators):
-        raise reject(argument, element.name, "must be in the spec, not in another one")
+        raise ArgumentError(argument, element.name, "must be in the spec, not in another one")
 
 
 def _check_new(spec: mujoco.MjSpec, kind: str, name: str, word: str = "") -> None:
     """Check that a name starts with a word, if one is given, and is not taken."""
     single = word in ("", "coil") or name.split() == [name]  # tuples do not list coils
     if not (name.startswith(word) and single):
-        raise reject("name", name, f"must start with {word!r}{' and be one word' * (not single)}")
+        raise ArgumentError(
+            "name", name, f"must start with {word!r}{' and be one word' * (not single)}"
+        )
     if name and getattr(spec, kind)(name) is not None:
-        raise reject("name", name, f"must be new, since the spec has a {kind} of this name")
+        raise ArgumentError("name", name, f"must be new, since the spec has a {kind} of this name")
 
 
 def _numbers_of(field: Any) -> tuple[str, list[float]]:
@@ -377,10 +380,10 @@ def _numbers_of(field: Any) -> tuple[str, list[float]]:
             name, numbers = element.attrib["name"], [*map(float, element.attrib["data"].split())]
         except (ElementTree.ParseError, KeyError, ValueError):
             sentence = "must be numbers, or MJCF as tabulated_field returns it"
-            raise reject("field", field, sentence) from None
+            raise ArgumentError("field", field, sentence) from None
     numbers = check_array("field", numbers, "n").tolist()
     if not are_valid(numbers, thorough=True):
-        raise reject("field", numbers, FIELD_RULE)
+        raise ArgumentError("field", numbers, FIELD_RULE)
     return name, numbers
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 import magmotor_plugin
 from magmotor.common.arguments import checked
-from magmotor.common.checks import reject
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.declarations.marks import WORDS
 from magmotor.mjcf.idle import NUMERICS, PREFIXES
 from magmotor.mjcf.sentences import MARK_NAME
@@ -65,7 +65,7 @@ def let_act(spec: mujoco.MjSpec, *added: str) -> None:
     if instance is None:
         if spec.plugin(INSTANCE) is not None:
             sentence = f"must be that of {FORCES}, which needs this name for its instance"
-            raise reject(f"plugin {INSTANCE!r}", spec.plugin(INSTANCE).plugin_name, sentence)
+            raise ArgumentError(f"plugin {INSTANCE!r}", spec.plugin(INSTANCE).plugin_name, sentence)
         spec.activate_plugin(FORCES)
         instance = spec.add_plugin(name=INSTANCE, plugin_name=FORCES, active=True)
     mark = spec.text(MARK_NAME)
@@ -101,7 +101,7 @@ def _give_names_back(spec: mujoco.MjSpec, prefix: str, suffix: str, words: Itera
             numbers, given = [*attached.data], [*own.data] if own else "missing"
             if numbers != given:
                 sentence = f"must be as in the spec to which it is attached, where it is {given}"
-                raise reject(f"numeric {attached.name!r}", numbers, sentence)
+                raise ArgumentError(f"numeric {attached.name!r}", numbers, sentence)
             spec.delete(attached)
     marked = [each for each in PREFIXES if {"all", each, f"{each}s"} & {*words}] if prefix else []
     fields: dict[str, str] = {}
