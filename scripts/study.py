@@ -8,6 +8,7 @@ beside them. After an interruption, the same command resumes a study.
 """
 
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,9 @@ from magmotor.devices.motor.geometry import statics
 from magmotor.devices.motor.geometry_plots import geometry_map
 from magmotor.numerics.reproducible import geometric
 from magmotor.sweep import Sweep
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
+from paper.top.spin_map import spin_map
 
 
 @dataclass
@@ -103,7 +107,7 @@ def spin(options: Spin) -> None:
     tally = run(plan, folder, options)
     data = combined(folder)
     with written_whole(beside(folder, ".png")) as part:
-        mm.plots.spin_map(data, scene, part)
+        spin_map(data, scene, part)
     print(f"wrote {beside(folder, '.png')}")
     if tally.failed:
         print_status(folder, SHOWN)

@@ -14,7 +14,6 @@ from magmotor.device.device import Scene
 from magmotor.devices.disk.plots import disk_figure, disk_overview
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.plots import motor_figure, motor_overview
-from magmotor.devices.top.plots import spin_map
 from magmotor.sweep.plots import sweep
 
 __all__ = [
@@ -25,7 +24,6 @@ __all__ = [
     "motor_figure",
     "motor_overview",
     "overview",
-    "spin_map",
     "sweep",
 ]
 

@@ -250,7 +250,6 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.plots.motor_overview: {
         "run": mm.plots.MotorRun("run", RUNS["motor"]), "path": "motor.png", "others": []
     },
-    mm.plots.spin_map: {"data": None, "scene": TOP, "path": "map.png"},
     mm.plots.sweep: {"data": None, "path": "sweep.png"},
     mm.render.movie: {**TOPS, "path": "top.mp4", "speed": 1.0},
     mm.render.still: {**TOPS, "path": "top.png", "time": 0.1},
