@@ -52,11 +52,11 @@ movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.
 
 disk: $(READY)  ## the sliding disk's figures, with theory: out/disk*.png, out/disk_*.nc
 	@echo "== disk: simulating and drawing into out/ (the first run also compiles the kernels)"
-	@.venv/bin/magmotor disk $(ARGS)
+	@$(PYTHON) scripts/disk.py $(ARGS)
 
 motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
 	@echo "== motor: simulating and drawing into out/ (the first run also compiles the kernels)"
-	@.venv/bin/magmotor motor $(ARGS)
+	@$(PYTHON) scripts/motor.py $(ARGS)
 
 sweep: $(READY)  ## a parameter sweep: out/sweep_*/, .png, .nc; ARGS="top --vary tilt=0:0.2:21"
 	@.venv/bin/magmotor sweep $(or $(ARGS),top --vary tilt=0:0.2:21 --vary ring_height=0.16:0.4:25)

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor import theory
-from magmotor.devices.disk.plot_panels import GUIDE, Guide
 from magmotor.devices.disk.scene import Disk
-from magmotor.devices.disk.system import System
+from paper.disk.panels import GUIDE, Guide
+from paper.disk.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

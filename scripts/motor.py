@@ -1,6 +1,12 @@
-"""The command `magmotor motor`; the program is in `src/magmotor/commands/motor.py`."""
+"""`make motor`: the figures of the seven motors; the program is in `paper/motor/program.py`."""
 
-from magmotor.commands import main
+import sys
+from pathlib import Path
+
+from magmotor.commands.output import run_program
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
+from paper.motor.program import main
 
 if __name__ == "__main__":
-    main("motor")
+    run_program(main)

@@ -8,6 +8,7 @@ beside them. After an interruption, the same command resumes a study.
 """
 
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,10 +21,13 @@ from magmotor.commands.output import MISTAKE, fail, run_program, warn_in_one_lin
 from magmotor.commands.scene_options import parse
 from magmotor.commands.sweep_run import SHOWN, RunOptions, beside, combined, print_status, run
 from magmotor.common.checks import check_integer, check_number
-from magmotor.devices.motor.geometry import statics
-from magmotor.devices.motor.geometry_plots import geometry_map
 from magmotor.numerics.reproducible import geometric
 from magmotor.sweep import Sweep
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # where the folder paper is
+from paper.motor.geometry import statics
+from paper.motor.geometry_picture import geometry_map
+from paper.top.spin_map import spin_map
 
 
 @dataclass
@@ -103,7 +107,7 @@ def spin(options: Spin) -> None:
     tally = run(plan, folder, options)
     data = combined(folder)
     with written_whole(beside(folder, ".png")) as part:
-        mm.plots.spin_map(data, scene, part)
+        spin_map(data, scene, part)
     print(f"wrote {beside(folder, '.png')}")
     if tally.failed:
         print_status(folder, SHOWN)

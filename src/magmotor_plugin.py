@@ -183,7 +183,7 @@ def _called_by_c(function: Any) -> Any:
     return function
 
 
-_interrupted = threading.Event()
+interrupted = threading.Event()
 """Set from Ctrl-C in such a function until KeyboardInterrupt is raised."""
 
 
@@ -194,9 +194,9 @@ def _interrupt_later() -> None:
     """
     if threading.current_thread() is not threading.main_thread():
         return  # a loader, which receives it again
-    if _interrupted.is_set():
+    if interrupted.is_set():
         return
-    _interrupted.set()
+    interrupted.set()
     if not hasattr(signal, "setitimer"):  # Windows
         threading.Timer(0.05, _press_ctrl_c).start()
     else:
@@ -206,7 +206,7 @@ def _interrupt_later() -> None:
 
 
 def _press_ctrl_c() -> None:
-    _interrupted.clear()
+    interrupted.clear()
     _thread.interrupt_main()
 
 
@@ -219,7 +219,7 @@ def _interrupt_outside(before: Any, number: int, frame: FrameType | None) -> Non
     handler, times = before
     signal.setitimer(signal.ITIMER_REAL, *times)
     signal.signal(signal.SIGALRM, handler)
-    _interrupted.clear()
+    interrupted.clear()
     raise KeyboardInterrupt
 
 
@@ -241,7 +241,7 @@ class _Code:
         Ctrl-C ends the loading. Until it is delivered, nothing is loaded, and nothing has failed.
         """
         probes = getattr(_this_thread, "probes", False)
-        while not (self._loaded or self._failed or probes or _interrupted.is_set()):
+        while not (self._loaded or self._failed or probes or interrupted.is_set()):
             try:
                 with self._lock:
                     if not (self._loaded or self._failed):

@@ -8,10 +8,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import ellipk
 
-from magmotor.commands.disk import METHOD
 from magmotor.common import style
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.simulate import simulate
+from paper.disk.systems import METHOD
 from paper.figure import Claim, Figure, judged
 
 AMPLITUDES = (0.5, 1.5, 2.5, 3.0)

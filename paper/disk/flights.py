@@ -10,17 +10,16 @@ from numpy.typing import NDArray
 from scipy.optimize import root_scalar
 
 from magmotor import observables
-from magmotor.commands.disk import FULL, METHOD
 from magmotor.common import style
 from magmotor.device.provenance import scene_of
 from magmotor.devices.disk.gibbs import gibbs
-from magmotor.devices.disk.plot_panels import draw_beside, draw_flights, survival
 from magmotor.devices.disk.scene import Disk
 from magmotor.run.ensemble import ensemble
 from magmotor.run.simulate import simulate
 from magmotor.theory import ReducedDisk
 from paper import errata
-from paper.disk.systems import QUICK, Disks, named, paper_disks
+from paper.disk.panels import draw_beside, draw_flights, survival
+from paper.disk.systems import FULL, METHOD, QUICK, Disks, named, paper_disks
 from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:

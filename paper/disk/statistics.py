@@ -8,12 +8,11 @@ import numpy as np
 import xarray as xr
 
 from magmotor import observables, theory
-from magmotor.commands.disk import BESIDE, FULL, METHOD
-from magmotor.devices.disk.plots import disk_figure
 from magmotor.devices.disk.scene import Disk
-from magmotor.devices.disk.system import System
 from paper import errata
-from paper.disk.systems import Disks, named, paper_disks
+from paper.disk.pictures import disk_figure
+from paper.disk.system import System
+from paper.disk.systems import BESIDE, FULL, METHOD, Disks, named, paper_disks
 from paper.figure import Claim, Figure, judged, repeated
 
 SIGNIFICANT = 4

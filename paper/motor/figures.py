@@ -5,10 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from magmotor.devices.motor.plots import motor_figure
 from magmotor.devices.motor.scene import PAPER
 from paper.figure import Claim, Figure
 from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
+from paper.motor.pictures import motor_figure
 from paper.motor.position import claims_of_the_path, claims_of_the_position, claims_of_theta
 from paper.motor.runs import (
     DURATION,

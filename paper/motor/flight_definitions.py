@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magmotor.devices.motor.exponential_test import squared_variation
 from magmotor.devices.motor.flights import CORE, directed_spans
 from magmotor.devices.motor.scene import Motor
 from paper.motor.azimuths import RECORD_INTERVAL
+from paper.motor.exponential_test import squared_variation
 from paper.motor.rotor import rate_and_memory
 
 Row = NDArray[np.float64]

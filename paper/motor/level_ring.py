@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import Motor
-from magmotor.devices.motor.tilted_ring import tilted_ring
 from paper.device_view import draw_device
 from paper.figure import Claim, Figure, judged
 from paper.motor.runs import METHOD, paper_runs
+from paper.motor.tilted_ring import tilted_ring
 
 TILTS = np.radians(np.linspace(0, 24, 25))
 """Tilts of the inner ring, in rad."""

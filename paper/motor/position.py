@@ -6,10 +6,10 @@ import numpy as np
 from scipy import stats
 
 from magmotor import observables
-from magmotor.devices.motor.exponential_test import LEVEL
 from magmotor.devices.motor.plot_panels import MotorRun
-from magmotor.observables import censored_mean, exponential_test
+from magmotor.observables import censored_mean
 from paper.figure import Claim, Verdict, judged
+from paper.motor.exponential_test import LEVEL, exponential_test
 from paper.motor.rotor import WINDOW
 from paper.motor.runs import (
     DURATION,

@@ -2,17 +2,26 @@
 
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
-from magmotor.commands.motor import METHOD, simulate_run
+from magmotor.device.stops import PhysicalEvent
+from magmotor.devices.motor.guard import TIPPED
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import PAPER, Motor
+from magmotor.run.simulate import simulate
 
 if TYPE_CHECKING:
     from paper.motor.weak_noise import WeakNoise
+
+METHOD = "mujoco/baoab"
+"""The method of the paper's runs."""
+
+RECORDS = 100
+"""Smallest number of records of a run that is kept."""
 
 REFERENCE = "variational/baoab"
 """The method of the runs that judge those by `METHOD`."""
@@ -20,6 +29,24 @@ REFERENCE = "variational/baoab"
 NUMERICS = {"method": METHOD, "timestep": 0.1, "record_interval": 10}
 DURATION = 1e5
 """In s: long enough for flights; the paper does not state its duration."""
+
+
+def until_tipping(scene: Motor, **arguments: Any) -> xr.Dataset:
+    """Simulate a motor; if its ring tips over after `RECORDS`, the run has an attribute `stopped`.
+
+    Arguments and errors are those of `simulate`.
+    """
+    try:
+        return simulate(scene, **arguments)
+    except PhysicalEvent as stop:
+        if stop.event != TIPPED or stop.dataset.sizes["time"] < RECORDS:
+            raise
+        return stop.dataset.assign_attrs(stopped=f"at t = {stop.time:g} s: {stop.reason}")
+
+
+def simulate_run(name: str, scene: Motor, **arguments: Any) -> MotorRun:
+    """Simulate a motor until its ring tips over; see `until_tipping`."""
+    return MotorRun(name, until_tipping(scene, **arguments))
 
 
 @cache

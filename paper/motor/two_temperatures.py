@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magmotor.commands.motor import until_tipping
 from magmotor.common.arrays import Array
 from magmotor.devices.motor.scene import Motor
 from paper.figure import OURS, Claim, Figure, judged
 from paper.motor.long_runs import Size
+from paper.motor.runs import until_tipping
 from paper.motor.spreading import Measured, over_replicas
 from paper.motor.work_picture import draw_temperatures
 

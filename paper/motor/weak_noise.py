@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from magmotor import dipoles
-from magmotor.commands.motor import until_tipping
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.scene import Motor
-from paper.motor.runs import REFERENCE, ManyRuns, collected
+from paper.motor.runs import REFERENCE, ManyRuns, collected, until_tipping
 
 SCENE = Motor(temperature="nonuniform", alpha_ring=1e-4)
 

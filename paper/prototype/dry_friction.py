@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.devices.ball.landscape import valley
-from magmotor.devices.top.dry_friction import (
+from magmotor.devices.top.scene import SMALLEST_DRY_FRICTION, Top
+from magmotor.run.simulate import simulate
+from paper.bracket import bracket
+from paper.figure import Claim, Figure, judged
+from paper.top.dry_friction import (
     Rolling,
     hertz_torsional_coefficient,
     rolling,
     spin_per_coulomb,
     stopping_coefficients,
 )
-from magmotor.devices.top.scene import SMALLEST_DRY_FRICTION, Top
-from magmotor.run.simulate import simulate
-from paper.bracket import bracket
-from paper.figure import Claim, Figure, judged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,13 +14,13 @@ from scipy.optimize import minimize_scalar
 from magmotor import dipoles
 from magmotor.common import style
 from magmotor.devices.ball.landscape import aligned_force, on_plane
-from magmotor.devices.top.finite_ring import build_finite_ring, finite_ring_sources
 from magmotor.devices.top.scene import Top
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.numerics.magnet_shapes import Cloud, ball, cuboid, cylinder
 from magmotor.run.in_mujoco import build
 from paper.bracket import bracket
 from paper.figure import Claim, Figure, judged
+from paper.top.finite_ring import build_finite_ring, finite_ring_sources
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

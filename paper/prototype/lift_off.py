@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from magmotor.common import style
 from magmotor.device.stops import SimulationStopped
-from magmotor.devices.top.lift import Lift, critical_height, largest_lift, lift_map
 from magmotor.devices.top.scene import Top
 from magmotor.run.simulate import simulate
 from paper.bracket import bracket
 from paper.figure import Claim, Figure, judged
+from paper.top.lift import Lift, critical_height, largest_lift, lift_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,7 +15,6 @@ from magmotor.devices.ball.landscape import (
 from magmotor.devices.ball.slip import slip_velocity
 from magmotor.devices.disk.observables import d_diffusion, flight_survival, local_slope
 from magmotor.devices.motor.energy import efficiency
-from magmotor.devices.motor.exponential_test import exponential_test, squared_variation
 from magmotor.devices.motor.flights import censored_mean, dwell_times, flights, transitions
 from magmotor.devices.motor.modes import mode_temperatures
 from magmotor.devices.motor.observables import azimuth, ring_attitude
@@ -45,7 +44,6 @@ __all__ = [
     "efficiency",
     "energy",
     "energy_balance",
-    "exponential_test",
     "flight_survival",
     "flights",
     "friction_torque",
@@ -63,7 +61,6 @@ __all__ = [
     "ring_attitude",
     "saddle",
     "slip_velocity",
-    "squared_variation",
     "transitions",
     "valley_radius",
 ]

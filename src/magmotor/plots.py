@@ -11,21 +11,15 @@ from magmotor.common.hints import Dpi, Picture
 from magmotor.common.style import STYLE
 from magmotor.device.analysis import analysis
 from magmotor.device.device import Scene
-from magmotor.devices.disk.plots import disk_figure, disk_overview
 from magmotor.devices.motor.plot_panels import MotorRun
-from magmotor.devices.motor.plots import motor_figure, motor_overview
-from magmotor.devices.top.plots import spin_map
+from magmotor.devices.motor.plots import motor_overview
 from magmotor.sweep.plots import sweep
 
 __all__ = [
     "STYLE",
     "MotorRun",
-    "disk_figure",
-    "disk_overview",
-    "motor_figure",
     "motor_overview",
     "overview",
-    "spin_map",
     "sweep",
 ]
 

@@ -1,4 +1,4 @@
-"""The motor's geometry: stiffness of the level ring, wells over a grid, and the longest flight."""
+"""The motor's geometry: stiffness of the level ring, and the longest flight."""
 
 import math
 
@@ -8,7 +8,6 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
-from magmotor.devices.motor.geometry import statics
 from magmotor.devices.motor.ring_stability import ring_stiffness
 
 
@@ -49,22 +48,6 @@ def test_stiffness_of_the_level_ring(changes):
     largest = max(map(abs, found))
     assert ring_stiffness(scene) == pytest.approx(min(found), abs=0.05 * largest)  # 0.009
     assert (ring_stiffness(scene) < 0) == (min(found) < 0)
-
-
-def test_wells_and_lean_over_a_grid():
-    scene = mm.Motor()
-    vary = {"outer_radius": [0.9, 0.98], ("inner_height", "outer_height"): [0.4, 0.48, 0.6]}
-    found = statics(scene, vary)
-    assert found.barrier.dims == ("outer_radius", "inner_height")
-    near = scene.replace(outer_radius=0.9, inner_height=0.6, outer_height=0.6)
-    expected = mm.observables.motor_wells(near).barrier / scene.kT
-    assert float(found.barrier[0, 2]) == pytest.approx(expected, rel=1e-15, abs=0)  # 0
-    lean = math.degrees(math.sqrt(scene.kT / 0.0733))
-    assert float(found.lean[1, 1]) == pytest.approx(lean, rel=3e-3)  # 1e-4
-    assert np.isnan(statics(scene, {"outer_height": [0.48, 0.65]}).lean).values.tolist() == [
-        False,
-        True,
-    ]
 
 
 def test_the_longest_flight_of_each_replica():

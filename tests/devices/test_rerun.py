@@ -1,6 +1,5 @@
 """Datasets make themselves again, bit for bit; `magmotor rerun` says whether they do."""
 
-import importlib
 import json
 from functools import partial
 from pathlib import Path
@@ -12,6 +11,7 @@ import xarray as xr
 from every_method import EVERY_METHOD, SCENES, short
 
 import magmotor as mm
+from paper.motor.program import save
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 BALL = {"axis": (0.3, -0.2, 0.8), "angular_velocity": (1.0, 0.2, -3.0), "velocity": (0.01, 0.02)}
@@ -160,10 +160,10 @@ def rerun(run_script):
 
 @pytest.fixture
 def single(rerun, tmp_path):
-    """A file in single precision, as `magmotor motor` saves it."""
+    """A file in single precision, as `scripts/motor.py` saves it."""
     run = mm.simulate(mm.Motor(), **MOTOR).assign_attrs(stopped="early")
     path = tmp_path / "motor.nc"
-    importlib.import_module("magmotor.commands.motor").save(run, path)
+    save(run, path)
     return path
 
 

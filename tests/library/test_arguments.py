@@ -16,7 +16,6 @@ from magmotor import live
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array, check_integer, check_number
 from magmotor.device import provenance
-from magmotor.devices.disk.system import System
 from magmotor.devices.top.states import start
 from magmotor.numerics import linear_stability as linear
 
@@ -67,7 +66,6 @@ PERHAPS = {
 
 STATES = start(TOP)
 VECTOR, POINTS = [0.0, 0.0, 0.1], [[0.0, 0.0, 0.0]]
-SYSTEM = System("symmetric", RUNS["ensemble"], RUNS["ensemble"])
 MOTION = mm.theory.small_motion(DISK)
 LIVE = live.live_scene(DISK, timestep=0.02)
 SCENE_FUNCTIONS = {
@@ -135,11 +133,6 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.azimuth: {"run": RUNS["motor"]},
     mm.observables.ring_attitude: {"run": RUNS["motor"]},
     mm.observables.censored_mean: {"values": [1.0, 2.0], "censored": [False, True]},
-    mm.observables.squared_variation: {"values": [1.0, 2.0], "censored": [False, True]},
-    mm.observables.exponential_test: {
-        "values": [1.0, 2.0], "censored": [False, False], "limits": [3.0, 3.0],
-        "alternatives": {}, "draws": 100, "seed": 1,
-    },
     mm.observables.critical_points: {"scene": TOP.replace(tilt=0.3), "time": 0.0},
     mm.observables.minimum: {"scene": TOP, "time": 0.0},
     mm.observables.saddle: {"scene": TOP.replace(tilt=0.3), "time": 0.0},
@@ -270,15 +263,9 @@ CALLS: dict[Any, dict[str, Any]] = {
     },
     mm.plots.overview: {**TOPS, "path": "top.png"},
     mm.plots.MotorRun: {"name": "run", "data": RUNS["motor"]},
-    mm.plots.disk_figure: {"systems": [SYSTEM], "name": "mean", "path": "disk.png"},
-    mm.plots.disk_overview: {"systems": [SYSTEM], "path": "disk.png"},
-    mm.plots.motor_figure: {
-        "runs": [mm.plots.MotorRun("run", RUNS["motor"])], "name": "xy", "path": "motor.png"
-    },
     mm.plots.motor_overview: {
         "run": mm.plots.MotorRun("run", RUNS["motor"]), "path": "motor.png", "others": []
     },
-    mm.plots.spin_map: {"data": None, "scene": TOP, "path": "map.png"},
     mm.plots.sweep: {"data": None, "path": "sweep.png"},
     mm.render.movie: {**TOPS, "path": "top.mp4", "speed": 1.0},
     mm.render.still: {**TOPS, "path": "top.png", "time": 0.1},
@@ -340,7 +327,6 @@ RIGHT_ALL_THE_SAME = {
     (mm.scene_of, "run", "a run of another scene"),
     (mm.rerun, "run", "a run of another scene"),
     (mm.to_table, "data", "a run of another scene"),
-    (mm.observables.exponential_test, "alternatives", "an empty dataset"),
     (mm.Langevin, "disable", "an empty dataset"),
 }
 """Valid after all; an empty dataset is also an empty mapping, and has no elements."""

@@ -8,6 +8,7 @@ import threading
 import mujoco
 import numpy as np
 import pytest
+from mujoco import rollout
 
 import magmotor as mm
 from magmotor.mjcf import declared
@@ -268,6 +269,8 @@ STRUCTURE = {
     "sensor_adr": "nsensor", "name_textadr": "ntext", "text_adr": "ntext",
     "name_numericadr": "nnumeric", "name_tupleadr": "ntuple", "tuple_adr": "ntuple",
     "tuple_size": "ntuple", "tuple_objtype": "ntupledata", "tuple_objid": "ntupledata",
+    "numeric_adr": "nnumeric", "numeric_size": "nnumeric", "actuator_ctrladr": "nactuator",
+    "actuator_ctrlnum": "nactuator", "actuator_actadr": "nactuator", "actuator_actnum": "nactuator",
 }  # fmt: skip
 """Arrays that the reader looks at, and their lengths."""
 
@@ -340,3 +343,171 @@ def test_a_malformed_declaration_that_does_not_act_is_left_out():
     assert [row.actuator for row in declared.rows(model, of_table.COILS)] == [1]
     assert forces(model).any()
     assert "coils" not in mm.describe(model).acting
+
+
+def test_a_model_that_was_refused_once_is_refused_in_the_next_step():
+    model = compiled()
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    model.name_bodyadr[1] = -1
+    with pytest.raises(ValueError, match=r"name_bodyadr\[1\] of the model = -1: must be"):
+        acting_forces(model)
+    with pytest.raises(mujoco.FatalError, match=r"name_bodyadr\[1\] of the model = -1: must be"):
+        mujoco.mj_step(model, data)
+
+
+def test_the_last_characters_count():
+    """Of the names and texts of two models that are alike otherwise."""
+    texts = '<text name="a" data="12345{}"/><text name="{}" data="0"/>'
+    xml = f"<mujoco><custom>{texts}</custom></mujoco>"
+    last = '<mujoco><custom><text name="a" data="1234{}"/></custom></mujoco>'
+    models = [compiled(xml.format(*each)) for each in ("6b", "7b", "6c")]
+    models += [compiled(last.format(each)) for each in "5678"]
+    assert len({table_of(model) for model in models}) == len(models)
+
+
+def test_user_numbers_of_sites_count():
+    xml = (
+        '<mujoco>{}<worldbody><site/><body><freejoint/><geom size="1"/></body></worldbody></mujoco>'
+    )
+    models = [compiled(xml.format(f'<size nuser_site="{count}"/>')) for count in (0, 1, 2)]
+    assert len({table_of(model) for model in models}) == len(models)
+
+
+def test_many_structures_are_each_found_again():
+    """More than there are lists, so that some are the second of a list."""
+    model = compiled()
+    tables = []
+    for _ in range(2):
+        for k in range(1500):
+            model.body_weldid[1] = 0
+            model.tuple_objtype[-1] = 100 + k
+            tables.append(table_of(model))
+    assert tables[:1500] == tables[1500:]
+    assert len({*tables}) == 1500
+
+
+def test_the_first_of_several_errors_is_reported():
+    """A coupling of three elements, and a coil without an actuator."""
+    three = MODEL.replace(
+        '<element objtype="body" objname="ball" prm="2"/>',
+        '<element objtype="site" objname="first" prm="2"/>'
+        '<element objtype="body" objname="ball" prm="2"/>',
+    )
+    coupling = "coupling tuple 0 'coupling': its elements must be two"
+    for wrong in (three, three.replace('<element objtype="actuator" objname="opposed"/>', "")):
+        with pytest.raises(ValueError, match=coupling):
+            compiled(wrong)
+
+
+def test_a_magnetometer_alone_is_read():
+    """In a model without tuples and numerics: the field of a dipole on its axis."""
+    model = compiled(
+        '<mujoco><extension><plugin plugin="magmotor.magnetometer"><instance name="sensors"/>'
+        '</plugin></extension><custom><text name="magmotor" data="dipoles"/></custom><worldbody>'
+        '<site user="2"/><site name="probe" pos="0 0 0.5"/></worldbody><sensor>'
+        '<plugin instance="sensors" objtype="site" objname="probe"/></sensor></mujoco>'
+    )
+    assert len(declared.rows(model, of_table.MAGNETOMETERS)) == 1
+    assert forces(model)[-1] == pytest.approx(1e-7 * 2 * 2 / 0.5**3, rel=1e-9)
+
+
+def test_a_field_or_iron_on_a_welded_part_does_not_act_on_its_own_body():
+    """The part belongs to the rigid body of its parent, which has the only magnet that moves."""
+    xml = """
+    <mujoco>
+      <extension><plugin plugin="magmotor.forces"><instance name="forces"/></plugin></extension>
+      <custom>
+        <text name="magmotor" data="dipoles fields iron"/>
+        <numeric name="soft" data="100"/>
+        <tuple name="iron">
+          <element objtype="numeric" objname="soft"/><element objtype="geom" objname="pole"/>
+        </tuple>
+        <numeric name="field" data="0.1 0 0 1 0 0 0 0"/>
+        <tuple name="field">
+          <element objtype="numeric" objname="field"/><element objtype="body" objname="part"/>
+        </tuple>
+      </custom>
+      <worldbody><body name="whole"><freejoint/><geom size="0.1"/><site user="1"/>
+        <body name="part" pos="0 0 0.3"><geom name="pole" size="0.02"/></body>
+      </body></worldbody>
+    </mujoco>"""
+    with pytest.warns(UserWarning, match="all on one rigid body"):
+        model = compiled(xml)
+    whole = model.body("whole").id
+    assert declared.rows(model, of_table.FIELDS)["weld"].tolist() == [whole]
+    assert declared.rows(model, of_table.PIECES)["weld"].tolist() == [whole]
+    with pytest.warns(UserWarning, match="all on one rigid body"):
+        assert not forces(model).any()
+
+
+def test_tuples_that_overlap_are_refused():
+    """Together they would have more rows than there is memory for."""
+    model = compiled()
+    model.tuple_adr[2] = model.tuple_adr[1]
+    with pytest.raises(ValueError, match=r"tuple_adr\[2\] .* within 13 .* behind those before"):
+        acting_forces(model)
+
+
+@pytest.mark.parametrize("start", [0, -1])
+def test_an_empty_range_is_not_read(start):
+    model = compiled()
+    soft = model.numeric("soft").id
+    model.numeric_size[soft], model.numeric_adr[soft] = 0, start
+    with pytest.raises(ValueError, match=r"a material must be a susceptibility, .* \(here nan\)"):
+        acting_forces(model)
+    model = compiled()
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 0.5
+    model.actuator_ctrlnum[0], model.actuator_ctrladr[0] = 0, start
+    mujoco.mj_forward(model, data)
+    alone = compiled()
+    other = mujoco.MjData(alone)
+    other.ctrl[:] = 0.0, 0.5
+    mujoco.mj_forward(alone, other)
+    assert np.array_equal(data.qfrc_passive, other.qfrc_passive)
+
+
+def test_a_magnetic_constant_counts_without_a_mark():
+    unmarked = '<mujoco><custom><numeric name="magnetic_constant" data="{}"/></custom></mujoco>'
+    for data in ("-1", "0", "1 2"):
+        model = compiled(unmarked.format(data))
+        with pytest.raises(ValueError, match="the magnetic constant must be one positive"):
+            mm.field(model, mujoco.MjData(model), [[0.0, 0.0, 1.0]])
+    model = compiled(unmarked.format(1))
+    model.numeric_size[0], model.numeric_adr[0] = 0, -1
+    with pytest.raises(ValueError, match="the magnetic constant must be one positive"):
+        mm.field(model, mujoco.MjData(model), [[0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_one_mjdata_serves_models_on_which_different_things_act(order):
+    """In a rollout of a list of models, of the same size, each moves as it does alone."""
+    bodies = "".join(
+        f'<body name="b{k}" pos="{k / 10} 0 {k % 3 / 50}"><freejoint/>'
+        '<geom size="0.01" contype="0" conaffinity="0"/><site user="0.1"/></body>'
+        for k in range(12)
+    )
+    tuples = "".join(
+        f'<tuple name="coupling{k}"><element objtype="body" objname="b{k}"/>'
+        f'<element objtype="body" objname="b{(k + 1) % 12}"/></tuple>'
+        for k in range(12)
+    )
+    models = [
+        compiled(
+            '<mujoco><extension><plugin plugin="magmotor.forces"><instance name="forces"/></plugin>'
+            '</extension><option gravity="0 0 0"/><custom>'
+            f'<text name="magmotor" data="{words}"/>{tuples}</custom>'
+            f"<worldbody>{bodies}</worldbody></mujoco>"
+        )
+        for words in ("dipoles", "dipoles couplings")
+    ]
+    start = np.concatenate([[0.0], models[0].qpos0, np.zeros(models[0].nv)])[np.newaxis]
+    none = np.zeros((1, 5, 0))
+    alone = [rollout.rollout(each, mujoco.MjData(each), start, none)[0][0] for each in models]
+    assert not np.array_equal(*alone)
+    models, alone = [models[k] for k in order], [alone[k] for k in order]
+    both, _ = rollout.rollout(
+        models, mujoco.MjData(models[0]), np.repeat(start, 2, axis=0), none.repeat(2, axis=0)
+    )
+    assert np.array_equal(both, alone)

@@ -1,16 +1,13 @@
-"""Magnets as clouds of dipoles, compared with magpylib, and a ring of them in MuJoCo."""
+"""Magnets as clouds of dipoles, compared with magpylib."""
 
 import math
 from functools import partial
 
 import magpylib
-import mujoco
 import numpy as np
 import pytest
 
-import magmotor as mm
 from magmotor import dipoles
-from magmotor.devices.top.finite_ring import build_finite_ring, finite_ring_sources
 from magmotor.numerics.magnet_shapes import ball, cuboid, cylinder
 
 MU0 = 4e-7 * math.pi
@@ -127,30 +124,3 @@ def order_of(fine, coarse):
         return np.abs(np.subtract(*fields)).max()
 
     return math.log2(difference(20.0) / difference(10.0))
-
-
-def test_magnets_in_mujoco_are_those_of_the_ring():
-    scene = mm.Top()
-    cloud = cuboid(EDGES["bar"])
-    model = build_finite_ring(scene, cloud)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    on_ring = model.site_bodyid == model.body("ring").id
-    positions, moments = finite_ring_sources(scene, cloud)
-    assert np.abs(data.site_xpos[on_ring] - positions).max() < 5e-16  # 0, or rounding
-    axes = data.site_xmat[on_ring].reshape(-1, 3, 3)[:, :, 2]
-    sized = model.site_user[on_ring, :1] * axes
-    assert np.abs(sized - moments).max() < 2e-15  # 1e-16
-
-
-def test_a_tilted_ring_of_cubes_against_magpylib():
-    scene = mm.Top()
-    points = np.insert(RNG.uniform(-0.2, 0.2, (50, 2)), 2, scene.ball_radius, axis=1)
-    normal = np.array([math.sin(scene.tilt), 0.0, math.cos(scene.tilt)])
-    field = np.zeros((50, 3))
-    for position, moment in zip(*scene.ring_sources(), strict=True):
-        outward = moment / scene.moment
-        turn = np.stack([outward, np.cross(normal, outward), normal], axis=1)
-        field += magnet("cube").getB((points - position) @ turn) @ turn.T
-    found = dipoles.field(points, *finite_ring_sources(scene, cuboid(EDGES["cube"])))
-    assert np.abs(found - field).max() < 6e-11 * np.abs(field).max()  # 3e-12

@@ -11,6 +11,7 @@ from PIL import Image
 
 import magmotor as mm
 from magmotor.common import style
+from paper.disk.system import SYSTEMS
 
 SEEN = {
     "normally": np.eye(3),
@@ -61,7 +62,7 @@ def test_every_method_has_a_look_of_its_own():
 def test_the_colors_differ_to_the_color_blind(sight):
     schemes = [color for color, _ in style.SCHEMES.values()]
     assert least_distance(schemes, sight) > 12  # 22, 14, 13
-    systems = [color for color, _ in style.SYSTEMS.values()]
+    systems = [color for color, _ in SYSTEMS.values()]
     assert least_distance(systems, sight) > 16  # 53, 23, 18
 
 

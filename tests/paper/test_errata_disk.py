@@ -6,10 +6,10 @@ from matplotlib.figure import Figure
 
 import magmotor as mm
 from magmotor import theory
-from magmotor.devices.disk import plots
-from magmotor.devices.disk.plots import FIGURES
-from magmotor.devices.disk.system import System
 from paper import errata
+from paper.disk import pictures
+from paper.disk.pictures import FIGURES, disk_figure, disk_overview
+from paper.disk.system import System
 
 PAPER = mm.Disk()
 
@@ -83,16 +83,16 @@ def test_lines_are_of_the_papers_growth(systems):
     assert not drawn(overview, "mean", uneven)
 
 
-def test_the_library_draws_them_only_if_they_are_passed_in(systems, tmp_path, monkeypatch):
+def test_they_are_drawn_only_if_they_are_passed_in(systems, tmp_path, monkeypatch):
     figures: list[Figure] = []
-    monkeypatch.setattr(plots.style, "save", lambda figure, *_, **__: figures.append(figure))
+    monkeypatch.setattr(pictures.style, "save", lambda figure, *_, **__: figures.append(figure))
     path = tmp_path / "disk.png"
     for name in ("diffusion", "overview"):
         for guide in (None, errata.paper_lines(systems, name)):
             if name == "overview":
-                mm.plots.disk_overview(systems, path, guide=guide)
+                disk_overview(systems, path, guide=guide)
             else:
-                mm.plots.disk_figure(systems, name, path, guide=guide)
+                disk_figure(systems, name, path, guide=guide)
     labels = [[text.get_text() for text in figure.legends[0].get_texts()] for figure in figures]
     assert [any("paper" in label for label in some) for some in labels] == [False, True] * 2
     dotted = [
@@ -104,12 +104,12 @@ def test_the_library_draws_them_only_if_they_are_passed_in(systems, tmp_path, mo
 
 def test_the_legend_of_four_systems_is_inside_the_picture(systems, tmp_path, monkeypatch):
     figures: list[Figure] = []
-    monkeypatch.setattr(plots.style, "save", lambda figure, *_, **__: figures.append(figure))
+    monkeypatch.setattr(pictures.style, "save", lambda figure, *_, **__: figures.append(figure))
     names = ("symmetric", "asymmetric", "flat", "control")
     four = [System(name, systems[0].rest, systems[0].stationary) for name in names]
     for name in FIGURES:
         guide = errata.paper_lines(four, name)
-        mm.plots.disk_figure(four, name, tmp_path / "disk.png", guide=guide, beside=four)
+        disk_figure(four, name, tmp_path / "disk.png", guide=guide, beside=four)
     for figure in figures:
         figure.draw_without_rendering()
         (legend,) = figure.legends

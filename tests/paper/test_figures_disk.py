@@ -8,7 +8,6 @@ import xarray as xr
 from agreement import scores
 
 import magmotor as mm
-from magmotor.devices.disk.system import System
 from paper.disk import ergodicity, flight_law, memory, relaxation
 from paper.disk.flight_law import Flights, exponent
 from paper.disk.flight_theory import FlightLaw, stretched_time
@@ -20,6 +19,7 @@ from paper.disk.flights import (
     slopes,
 )
 from paper.disk.statistics import claim_of_agreement
+from paper.disk.system import System
 from paper.disk.systems import Disks
 
 FLIGHTS = 100_000

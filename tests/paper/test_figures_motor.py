@@ -13,7 +13,6 @@ from magmotor.devices.ball.states import smallest_turn
 from magmotor.devices.motor.energy import motor_energy
 from magmotor.devices.motor.scene import PAPER
 from magmotor.devices.motor.states import start_motor
-from magmotor.devices.motor.tilted_ring import tilted_ring
 from magmotor.plots import MotorRun
 from paper.motor import level_ring, position
 from paper.motor.energy import claims_of_the_energy, claims_of_the_injection
@@ -33,6 +32,7 @@ from paper.motor.runs import (
     collected,
     in_flight,
 )
+from paper.motor.tilted_ring import tilted_ring
 from paper.motor.two_states import Rotors, States
 from paper.motor.weak_noise import SCENE, WeakNoise, axial_part, cogging
 

@@ -8,10 +8,10 @@ import pytest
 from PIL import Image
 
 import magmotor as mm
-from magmotor.devices.top.finite_ring import build_finite_ring
-from magmotor.devices.top.lift import largest_lift
 from paper.bracket import bracket
 from paper.prototype import dry_friction, finite_magnets, lift_off
+from paper.top.finite_ring import build_finite_ring
+from paper.top.lift import largest_lift
 
 
 def drawn(figure, data, folder):

@@ -7,7 +7,6 @@ import pytest
 
 import magmotor as mm
 from magmotor.devices.disk.theory.flat import flat_variance_from_rest
-from magmotor.devices.motor.tilted_ring import tilted_ring
 from paper.motor import ablation, theory_of_transport
 from paper.motor.ablation import SCENES, Ablation, Flown, background_rate, isotropic
 from paper.motor.held_ring import held
@@ -27,6 +26,7 @@ from paper.motor.spreading import (
     square_increments,
 )
 from paper.motor.theory_of_transport import Case, Theory
+from paper.motor.tilted_ring import tilted_ring
 from paper.motor.transport import transport_of
 from paper.motor.transport_claims import claims
 

@@ -1,4 +1,4 @@
-"""`magmotor disk`: its output, its errors, and its theory of the mean."""
+"""`scripts/disk.py`: its output, its errors, and its theory of the mean."""
 
 import re
 import resource
@@ -13,9 +13,9 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.devices.disk.plots import FIGURES
 from magmotor.observables import d_diffusion, flight_survival, local_slope
 from magmotor.theory import DiskTheory
+from paper.disk.pictures import FIGURES
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 SYSTEMS = ("symmetric", "asymmetric", "flat", "control")
@@ -86,7 +86,7 @@ def test_all_figures_datasets_and_numbers(run_script, tmp_path):
 def test_a_mistake_is_one_line_and_code_2(disk, tmp_path, flags, line):
     code, error = disk(*SHORT, tmp_path / "out", *flags)
     assert code == 2
-    assert error.startswith(f"magmotor disk: {line}")
+    assert error.startswith(f"disk.py: {line}")
     assert error.count("\n") == 1
     assert not [*tmp_path.glob("out/*")]
 
@@ -111,7 +111,7 @@ def test_an_interrupted_run_reports_its_files_and_how_to_resume(disk, tmp_path, 
 def test_a_full_disk_is_one_line(tmp_path):
     """No file may grow beyond 512 kB: neither the checkpoint nor the dataset fits."""
     limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (1 << 19, 1 << 19))
-    command = [sys.executable, "-m", "magmotor", "disk", *SHORT, tmp_path, "--replicas", "4096"]
+    command = [sys.executable, SCRIPTS / "disk.py", *SHORT, tmp_path, "--replicas", "4096"]
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=300, check=False, preexec_fn=limit
     )
@@ -128,7 +128,7 @@ def test_a_long_timestep_causes_one_warning(disk, tmp_path, monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         _, error = disk(*SHORT, tmp_path, "--timestep", "0.1")
-    assert error.count("magmotor disk: timestep = 0.1: above 0.0574") == 1
+    assert error.count("disk.py: timestep = 0.1: above 0.0574") == 1
     assert error.count("\n") == 2
 
 

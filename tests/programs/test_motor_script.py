@@ -1,6 +1,5 @@
-"""`magmotor motor`: its output, runs that lose their ring, and its errors."""
+"""`scripts/motor.py`: its output, runs that lose their ring, and its errors."""
 
-import importlib
 import re
 from functools import partial
 from pathlib import Path
@@ -10,8 +9,9 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
-from magmotor.devices.motor.plots import FIGURES
 from magmotor.devices.motor.scene import PAPER
+from paper.motor import program
+from paper.motor.pictures import FIGURES
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 SHORT = ("--duration", "1500", "--out")
@@ -47,7 +47,7 @@ def test_all_runs_figures_and_numbers(motor, tmp_path):
 
 @pytest.fixture
 def no_pictures(monkeypatch):
-    monkeypatch.setattr(importlib.import_module("magmotor.commands.motor"), "draw", lambda *_: None)
+    monkeypatch.setattr(program, "draw", lambda *_: None)
 
 
 def test_the_file_reproduces_its_run(motor, tmp_path, no_pictures):
@@ -89,7 +89,7 @@ def test_a_run_that_loses_its_ring_is_kept_and_drawn_without_an_error(motor, tmp
 def test_a_mistake_is_one_line_and_code_2(motor, tmp_path, flags, line):
     code, _, error = motor(*SHORT, tmp_path / "out", *flags)
     assert code == 2
-    assert error.startswith(f"magmotor motor: {line}")
+    assert error.startswith(f"motor.py: {line}")
     assert error.count("\n") == 1
     assert not [*tmp_path.glob("out/*")]
 
@@ -99,12 +99,10 @@ def test_a_run_that_diverges_otherwise_is_code_1(motor, tmp_path, monkeypatch):
         raise mm.SimulationDiverged("its energy grew", 3.0, whole(scene, **numerics))
 
     whole = mm.simulate
-    monkeypatch.setattr(mm, "simulate", diverge)
+    monkeypatch.setattr("paper.motor.runs.simulate", diverge)
     code, _, error = motor(*SHORT, tmp_path, "--runs", "uniform-a")
     assert code == 1
-    assert error.startswith(
-        "magmotor motor: uniform-a: mujoco/baoab with timestep 0.1 s stopped at"
-    )
+    assert error.startswith("motor.py: uniform-a: mujoco/baoab with timestep 0.1 s stopped at")
     assert error.count("\n") == 1
 
 
@@ -120,7 +118,7 @@ def test_an_interrupted_run_resumes_to_the_same_end(motor, tmp_path, monkeypatch
             raise mm.SimulationInterrupted(run)
         return run
 
-    monkeypatch.setattr(mm, "simulate", simulate)
+    monkeypatch.setattr("paper.motor.runs.simulate", simulate)
     code, _, error = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 130
     assert error.count("\n") == 1

@@ -165,8 +165,6 @@ for code in {[code for code, *_ in NEEDS]!r}:
     ("movie top", "movies"),
     ("sweep top", "sweep"),
     ("rerun run.nc", "scenes"),
-    ("disk", "movies"),
-    ("motor", "movies"),
     ("view top", "scenes"),
     ("view top --web", "scenes,web"),
 ])  # fmt: skip

@@ -10,16 +10,18 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import magmotor as mm
-from magmotor.commands import disk, motor, movie, sweep
+from magmotor.commands import movie, sweep
 from magmotor.commands.picture_options import PictureOptions
-from magmotor.devices.disk import plot_panels
+from paper.disk import panels
+from paper.disk import program as disk
+from paper.motor import program as motor
 
 
 @pytest.mark.parametrize(
     "options",
     [disk.Options, motor.Options, movie.Options, movie.FlightOptions, sweep.Options, sweep.Combine],
 )
-def test_every_command_that_draws_has_the_options(options):
+def test_every_program_that_draws_has_the_options(options):
     assert issubclass(options, PictureOptions)
 
 
@@ -65,10 +67,10 @@ def test_two_systems_of_flights_share_the_guides_and_their_labels(monkeypatch):
         },
         {"flight_duration": t},
     )
-    monkeypatch.setattr(plot_panels, "flight_survival", lambda _: found)
+    monkeypatch.setattr(panels, "flight_survival", lambda _: found)
     axes = Figure().add_subplot()
     for name in ("symmetric", "asymmetric"):
         system: Any = SimpleNamespace(name=name, stationary=None)
-        plot_panels.draw_flights(axes, system)
+        panels.draw_flights(axes, system)
     assert [text.get_text() for text in axes.texts] == ["slope −0.5", "slope −1.9"]
     assert axes.get_xlabel() == "duration (dimensionless)"

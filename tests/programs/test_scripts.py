@@ -279,14 +279,17 @@ def test_a_file_that_cannot_be_written_is_one_line(run_script, tmp_path):
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize("name", ["movie", "disk", "motor"])
-def test_an_impossible_folder_is_one_line_before_the_work(run_script, tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "program"),
+    [("movie", "magmotor movie"), ("disk", "disk.py"), ("motor", "motor.py")],
+)
+def test_an_impossible_folder_is_one_line_before_the_work(run_script, tmp_path, name, program):
     file = tmp_path / "file"
     file.touch()
     arguments = ["top"] if name == "movie" else []
     code, said, error = run_script(name, *arguments, "--out", file)
     assert (code, said) == (4, "")
-    assert error == f"magmotor {name}: cannot write to {file}: it is a file, not a folder\n"
+    assert error == f"{program}: cannot write to {file}: it is a file, not a folder\n"
 
 
 WRITER = """

@@ -25,7 +25,6 @@ import xarray as xr
 import magmotor as mm
 from magmotor import live  # noqa: F401
 from magmotor.device import checkpoint
-from magmotor.devices.disk.system import System
 from magmotor.devices.top.states import BallStates
 from magmotor.live.panel import Panel
 from magmotor.mjcf.langevin.thermostat import ALL_OF_STATE  # noqa: F401
@@ -185,11 +184,6 @@ def states(kind: str = "Top") -> BallStates:
     """The states of a run of the top."""
     found = run("Top")
     return BallStates(*(found[name].values for name in BallStates._fields))
-
-
-def system(kind: str = "Disk") -> System:
-    """An ensemble from rest, and a stationary one."""
-    return System(kind, many(kind), many(kind))
 
 
 _models: dict[str, mujoco.MjModel] = {}

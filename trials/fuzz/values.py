@@ -166,7 +166,7 @@ def _near(parameter: Parameter, target: str, kind: str) -> Text:
     if "MjData" in names:
         hurt = st.tuples(good, st.sampled_from(DAMAGED_DATA)).map(lambda t: t[1].format(t[0]))
         return st.one_of(hurt, hurt, st.sampled_from(OTHERS_DATA)) if kind in TREES else hurt
-    if parameter.name in ("fields", "ranges", "vary", "initial", "alternatives"):
+    if parameter.name in ("fields", "ranges", "vary", "initial"):
         values = st.sampled_from([*NUMBERS, *ATTRIBUTES])
         whole = st.tuples(good, st.integers(0, 30), values)
         return whole.map(lambda t: _entries(parameter.name, *t))

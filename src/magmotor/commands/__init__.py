@@ -15,8 +15,6 @@ COMMANDS = {
     "sweep": "run a scene for every combination of parameters, resumably",
     "rerun": "run a dataset again and check that the result is identical",
     "export": "write a scene as MJCF or TOML, or a dataset as a table",
-    "disk": "reproduce the paper's figures of its sliding disks, with theory",
-    "motor": "reproduce the paper's figures of its motors",
     "describe": "list what in an MJCF file is magnetic, and what has a temperature",
     "check": "find what will fail in a magnetic model, and settings that work",
     "advise": "find the cheapest integrator and timestep for a given error",
@@ -29,8 +27,6 @@ EXTRAS = {
     "movie": "movies",
     "sweep": "sweep",
     "rerun": "scenes",
-    "disk": "movies",
-    "motor": "movies",
 }
 """The extra that a command always needs."""
 

@@ -10,14 +10,13 @@ import tyro
 
 import magmotor as mm
 from magmotor.commands.output import MISTAKE, fail, is_help_asked
-from magmotor.commands.parsing import one_line_errors, parse_options
+from magmotor.commands.parsing import one_line_errors
 from magmotor.common.checks import check_choice, did_you_mean
 from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.device.quantities import is_quantity
 from magmotor.devices.motor.scene import PAPER as RUNS
 
 Options = TypeVar("Options")
-Scene = TypeVar("Scene", mm.Top, mm.Disk, mm.Motor)
 
 
 @dataclass(frozen=True)
@@ -29,11 +28,6 @@ class Presets:
     help: str
     decide: tuple[str, ...] = ()
     """fields without a flag, since the preset sets them"""
-
-
-@dataclass
-class NoOrigin:
-    """Stands for preset and file where the scene is known."""
 
 
 KINDS = {"top": mm.Top, "motor": mm.Motor, "disk": mm.Disk}
@@ -119,21 +113,6 @@ def check_kind(arguments: Sequence[str], kinds: Sequence[str], allowed: str) -> 
     )
 
 
-def parse_fields(
-    scene: Scene,
-    names: Sequence[str],
-    options: type[Options],
-    description: str,
-    arguments: Sequence[str] | None = None,
-) -> tuple[Scene, Options]:
-    """Parse flags for the named fields of a scene, and a command's own options; see `parse`."""
-    try:
-        command = _command(scene, names, options)
-        return parse_options(command, description, arguments)()
-    except ValueError as error:
-        fail(str(error), MISTAKE)
-
-
 def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) -> Any:
     if kind not in KINDS:
         return _sceneless_command(options)
@@ -156,7 +135,7 @@ def _scene_command(kind: str, options: type[Options], arguments: Sequence[str]) 
         base = KINDS[kind]()
     decided = () if presets is None else presets.decide
     names = [name for name in _declared(base) if name not in decided]
-    return _command(base, names, options, origin)
+    return scene_command(base, names, options, origin)
 
 
 def _origin(presets: Presets | None) -> Any:
@@ -190,9 +169,12 @@ def _sceneless_command(options: type[Options]) -> Any:
     return command
 
 
-def _command(
-    base: Any, names: Sequence[str], options: type[Options], origin: Any = NoOrigin
-) -> Any:
+def scene_command(base: Any, names: Sequence[str], options: type[Options], origin: type) -> Any:
+    """Make a command for tyro whose result returns a scene and a command's own options.
+
+    It has flags for the named fields of the scene `base`, for `options`, and for `origin`, which
+    says where the scene comes from.
+    """
     flags = _flags(base, names)
 
     def command(

@@ -36,14 +36,6 @@ SCHEMES = {
 }
 """Color and marker of each scheme of integration, the same in all figures."""
 
-SYSTEMS = {
-    "symmetric": (BLUE, "o"),
-    "asymmetric": (ORANGE, "s"),
-    "flat": (GREEN, "^"),
-    "control": (PURPLE, "D"),
-}
-"""Color and marker of the disk's four systems, the same in all figures."""
-
 LANDSCAPE = ("#7f8d9b", "#f8f9fa")
 """Colors of the lowest and the highest potential, pale so that paths stand out."""
 

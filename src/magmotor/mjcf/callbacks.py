@@ -30,7 +30,7 @@ from magmotor.mjcf.declarations.marks import (
     WRONG,
 )
 from magmotor.mjcf.declarations.reader import acting_kinds, find_error, table_of
-from magmotor.mjcf.declarations.table import header
+from magmotor.mjcf.declarations.table import header, is_read
 from magmotor.mjcf.declarations.user_numbers import count_dipoles
 from magmotor.mjcf.declarations.why_inert import MEASURED, SWITCHED_OFF, why_inert
 from magmotor.mjcf.forces.all_forces import apply_forces
@@ -203,7 +203,7 @@ def _callback(checksum: int, offsets: layout.Layout):
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
                 _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
-        elif _is_at_start(data, offsets) or not messages.has_acted(table):
+        elif is_read(table) and (_is_at_start(data, offsets) or not messages.has_acted(table)):
             reason, number = why_inert(table, m, offsets, kinds)
             if reason != MEASURED:
                 _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)
@@ -236,6 +236,8 @@ def _init(checksum: int, offsets: layout.Layout):
             messages.forget(1 << sentences.NOT_A_MARK)
             warn_of_misnamed(m, offsets)
         reason, number = why_inert(table, m, offsets, kinds)
+        if not is_read(table):
+            return 0
         if reason >= 0:
             messages.notice(reason, number, 0, 0)
         elif kinds & UNMARKED:
@@ -257,9 +259,8 @@ def _compute(checksum: int, offsets: layout.Layout):
         kinds, table = word[0] & ACTING, table_of(model, _is_at_start(data, offsets))
         if kinds & IDLE:
             return
-        if header(table).kinds == UNREADABLE:
-            kinds = UNREADABLE
-        elif kinds & (COILS | FIELDS):
+        kinds = _kinds_now(kinds, table, m, offsets)
+        if kinds != UNREADABLE and kinds & (COILS | FIELDS):
             drives = drives_checksum(table, m, d, offsets)
             if capability == ACTUATOR_STAGE and drives != word[0] >> SHIFT:
                 # Finite differences change controls, but keep the passive forces.
@@ -298,6 +299,21 @@ def _compute(checksum: int, offsets: layout.Layout):
             warn_of_motion(error[1], error[2], model)
 
     return compute
+
+
+@subroutine(forceinline=True)
+def _kinds_now(kept, table, m, offsets):
+    """Return what acts by a table, whatever was kept for the model that `mjData` was made for.
+
+    One `mjData` may serve several models in turn, as in a rollout of a list of models. What is kept
+    counts in models without a mark: whether their dipoles act is decided once.
+    """
+    declared = header(table).kinds
+    if header(table).instance < 0 and declared != UNREADABLE:
+        return kept  # nothing could be read, which is an error
+    if declared == UNMARKED and kept & UNMARKED:
+        return kept
+    return acting_kinds(table, m, offsets)
 
 
 @compiled_once(types.void(_word, _word, _word, _int), error_model="numpy")

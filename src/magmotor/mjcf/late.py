@@ -4,6 +4,7 @@
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
 
 import ctypes
+import os
 import threading
 import zlib
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from numba import types
 
 from magmotor.mjcf import memory
 from magmotor.numerics.subroutine import subroutine
-from magmotor_plugin import returning
+from magmotor_plugin import interrupted, returning
 
 _load = types.ExternalFunction("magmotor_load", types.void(types.int64))
 _failed = ctypes.c_int64()
@@ -22,6 +23,10 @@ loading_failed = memory.variable("magmotor_loading_failed")
 
 _loaders: dict[int, "LateFunction"] = {}
 _lock = threading.RLock()
+if hasattr(os, "register_at_fork"):  # a child gets no lock that another thread holds
+    os.register_at_fork(
+        before=_lock.acquire, after_in_parent=_lock.release, after_in_child=_lock.release
+    )
 
 
 class LateFunction:
@@ -73,7 +78,9 @@ class LateFunction:
 @ctypes.CFUNCTYPE(None, ctypes.c_int64)
 @returning
 def _loaded(number):
-    """Load a function, unless Ctrl-C or an error ends that."""
+    """Load a function, unless Ctrl-C or an error ends that; nothing while Ctrl-C is on its way."""
+    if interrupted.is_set():
+        return
     try:
         _loaders[number].load()
     except Exception:

@@ -1,8 +1,10 @@
-"""Which wrenches that a user has set in `xfrc_applied` the callback overwrites.
+"""Whose the wrenches in `xfrc_applied` are: the user's, or the callback's.
 
-In `notes` of mjData, it keeps the time, and for each body a checksum of its wrench: one that has
-changed since, and is overwritten, was set by the user. A sum of the checksums tells a state that
-comes back with the wrenches that were in it. A wrench that is set after `mj_step1` may act in
+In `notes` of mjData, the callback keeps the time, and for each body a checksum of its wrench and
+whether it is the callback's own. Its own wrenches are set to zero before the next ones are
+computed, so that what acts no longer, as a magnet that is switched off, leaves none. A wrench that
+has changed since, and is overwritten, was set by the user. A sum of the checksums tells a state
+that comes back with the wrenches that were in it. A wrench that is set after `mj_step1` may act in
 `mj_step2`, and is not reported.
 """
 
@@ -21,6 +23,10 @@ TIME, START, FOUND, FORWARDS, FIRST = 0, 1, 2, 3, 3
 """Numbers of notes: the time, a checksum of the accelerations with which the solver started, the
 sum of the checksums of the wrenches that came with this state, how often `mj_forward` had begun, or
 0 before the first time, and the number before body 1's."""
+
+OURS, CHANGED, FLAGS = 1, 2, 3
+"""Bits of a body's note beside its checksum, whose last two bits are 0: whether the wrench is the
+callback's own, and whether it has changed since it was noted."""
 
 CLOSE = 1.5
 """Time from one evaluation to the next, in timesteps, above which a state was loaded between."""
@@ -51,30 +57,38 @@ def _note(checksum: int, offsets: layout.Layout):
 
 @subroutine
 def note_others(m, d, offsets):
-    """Note the checksum of each wrench that differs from what was noted, else 0."""
+    """Set our own wrenches to zero, and note the others and whether they have changed."""
     notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
+    applied = memory.numbers(wrenches, memory.UNBOUNDED, 6)
     total = 0
     for body in range(1, len(notes) - FIRST):
-        found = _checksum(wrenches, body)
+        found, noted = _checksum(wrenches, body), notes[FIRST + body]
         total += found
-        notes[FIRST + body] = found if found != notes[FIRST + body] else 0
+        if found != noted & ~FLAGS:
+            notes[FIRST + body] = found | CHANGED
+        elif noted & OURS:
+            applied[body] = 0.0
+            notes[FIRST + body] = 0
+        else:
+            notes[FIRST + body] = found
     if not _stays(m, d, offsets):
         notes[FOUND] = total
     elif total == notes[FOUND]:  # a state that comes back brings the wrenches that were in it
         for body in range(1, len(notes) - FIRST):
-            notes[FIRST + body] = 0
+            notes[FIRST + body] &= ~CHANGED
 
 
 @subroutine
 def note_ours(m, d, offsets):
-    """Note the checksum of each wrench, and report a body whose noted wrench was overwritten."""
+    """Note the wrenches and which are ours, and report a body whose changed one is lost."""
     notes, wrenches = _notes(m, d, offsets), d[offsets.xfrc_applied // 8]
     lost = 0
     for body in range(1, len(notes) - FIRST):
-        left = _checksum(wrenches, body)
-        if notes[FIRST + body] != 0 and notes[FIRST + body] != left:
+        left, noted = _checksum(wrenches, body), notes[FIRST + body]
+        ours = left != noted & ~FLAGS
+        if ours and noted & CHANGED and noted & ~FLAGS != 0:
             lost = body
-        notes[FIRST + body] = left
+        notes[FIRST + body] = left | OURS if ours else left
     forwards = 1 + np.int64(memory.integers(d.ctypes.data + offsets.forwards, 1)[0])
     at_once = forwards != notes[FORWARDS]
     if lost > 0 and at_once and (_stays(m, d, offsets) or _continues(m, d, offsets)):
@@ -98,7 +112,7 @@ def _checksum(wrenches, body):
     total = 0
     for k in range(6):
         total += words[k] * WEIGHTS[k]
-    return total
+    return (total ^ total >> 32) & ~FLAGS
 
 
 @subroutine

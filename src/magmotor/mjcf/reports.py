@@ -3,6 +3,8 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
+import math
+
 from numba import types
 
 from magmotor.mjcf import errors, layout, memory, messages, sentences
@@ -108,7 +110,8 @@ def _find_details(error, m, d, offsets, details):
         for k in range(3):
             details[k] = memory.words(found, 4)[1 + k]
     elif number == errors.MATERIAL:
-        details[0] = numbers_of(first, m, offsets)[0]
+        numbers = numbers_of(first, m, offsets)
+        details[0] = numbers[0] if len(numbers) > 0 else math.nan
     elif number == errors.OUTSIDE:
         _locate(first, error[2], m, d, offsets, details)
 

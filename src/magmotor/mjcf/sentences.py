@@ -9,7 +9,7 @@ import numpy as np
 from magmotor.mjcf import errors
 from magmotor.mjcf.declarations import custom
 from magmotor.mjcf.declarations.marks import WORDS
-from magmotor.mjcf.declarations.valid_indices import FIELDS, SIZES, TEXTS
+from magmotor.mjcf.declarations.valid_indices import APART_FIELDS, FIELDS, SIZES, TEXTS
 from magmotor.mjcf.declarations.why_inert import (
     LEFT_ALONE,
     NO_DIPOLES,
@@ -134,7 +134,10 @@ def _index_error(number: int, _name: str, element: int, _other_name: str, detail
     if not (sizes := SIZES.get(field)):
         return f"{given}: must be at least 0 and less than {limit}"
     length = np.int32(np.uint32(extent))
-    return f"{given} and {sizes}[{element}] = {length}: must be a range within {limit} elements"
+    apart = " behind those before" if field in APART_FIELDS else ""
+    return (
+        f"{given} and {sizes}[{element}] = {length}: must be a range within {limit} elements{apart}"
+    )
 
 
 def _outside(number: int, name: str, other: int, table: str, details: Details) -> str:

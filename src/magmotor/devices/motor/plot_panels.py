@@ -144,17 +144,6 @@ class MotorRun:
         return float(abs(self.balance.residual).max() / self.balance.injected[-1])
 
 
-def draw_energy(axes: "Axes", run: MotorRun) -> None:
-    """Draw total energy and energy of the inner ring, and their difference below."""
-    ring = run.data.ring_energy - run.data.ring_energy[0]
-    above, below = _halves(axes)
-    _draw_band(above, run, run.balance.gain, style.GREEN, "total energy", lw=2.6)
-    _draw_band(above, run, ring, style.INK, "inner ring's energy", lw=1.0, ls="--", band=False)
-    _draw_band(below, run, run.balance.gain - ring, style.BLUE, "difference: the ball's", lw=1.2)
-    above.set(ylabel="gained (J)", xlabel="")
-    below.set(ylabel="gained (J)")
-
-
 def draw_injected(axes: "Axes", run: MotorRun) -> None:
     """Draw the work of the noise, its mean in theory, and the heat."""
     balance = run.balance
@@ -181,16 +170,6 @@ def draw_path(axes: "Axes", run: MotorRun) -> None:
     axes.set(xlabel="x (m)", ylabel="y (m)", xlim=(-reach, reach), ylim=(-reach, reach))
     axes.set_aspect("equal")
     axes.grid(visible=False)
-
-
-def draw_xy(axes: "Axes", run: MotorRun) -> None:
-    """Draw x over time, and y below."""
-    above, below = _halves(axes)
-    for half, name, color in ((above, "x", style.GREEN), (below, "y", style.BLUE)):
-        values = run.data.position.sel(space=name).values
-        half.plot(*extremes(run.times, values, 4 * BINS), color=color, lw=0.5)
-        half.set(ylabel=f"{name} (m)", xlim=(run.times[0], run.times[-1]))
-    below.set(xlabel="t (1000 s)")
 
 
 def draw_theta(axes: "Axes", run: MotorRun) -> None:
@@ -249,41 +228,17 @@ def _draw_series(axes: "Axes", run: MotorRun, values: Any, **line_style: Any) ->
     axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
 
 
-def _halves(axes: "Axes") -> "tuple[Axes, Axes]":
-    """Split a panel into two, and keep its title."""
-    axes.set_axis_off()
-    above, below = axes.inset_axes((0, 0.57, 1, 0.43)), axes.inset_axes((0, 0, 1, 0.43))
-    above.tick_params(labelbottom=False)
-    return above, below
-
-
-def _draw_band(
-    axes: "Axes", run: MotorRun, values: Any, color: str, label: str, *, band: bool = True,
-    **line_style: Any,
-) -> None:  # fmt: skip
-    """Draw the mean of each bin, and a band from its smallest to its largest value."""
-    values = np.asarray(values)
-    bins = _bins(len(values), BINS)
-    times = np.array([run.times[part].mean() for part in bins])
-    mean, low, high = (
-        np.array([f(values[part]) for part in bins]) for f in (np.mean, np.min, np.max)
-    )
-    if band:
-        axes.fill_between(times, low, high, color=color, alpha=0.25, lw=0)
-    axes.plot(times, mean, color=color, label=label, **line_style)
-    axes.set(xlabel="t (1000 s)", xlim=(run.times[0], run.times[-1]))
-
-
 def extremes(times: Array, values: Array, bins: int = BINS) -> tuple[Array, Array]:
     """Return the smallest and largest value in each bin of a long series, in order of time."""
     chosen = {0, len(times) - 1}
-    for part in _bins(len(times), bins):
+    for part in slices(len(times), bins):
         chosen |= {part.start + int(values[part].argmin()), part.start + int(values[part].argmax())}
     kept = sorted(chosen)
     return times[kept], values[kept]
 
 
-def _bins(count: int, bins: int) -> list[slice]:
+def slices(count: int, bins: int) -> list[slice]:
+    """Return the slices of a series of this length into bins."""
     length = -(-count // bins)
     return [slice(start, start + length) for start in range(0, count, length)]
 

@@ -87,13 +87,6 @@ def _valley_energy(scene: Motor, azimuth: float) -> float:
 
 
 @checked
-def libration_frequency(scene: Motor) -> float:
-    """Angular frequency sqrt(|V_e|/J_B) in rad/s at which xi_3 swings about B in the valley."""
-    deepest = float(effective_potential(scene, [valley_radius(scene), 0.0]))
-    return float(np.sqrt(-deepest / scene.ball_inertia))
-
-
-@checked
 def euler_slip_overheating(scene: Motor, timestep: Seconds) -> float:
     """Factor 1/(1 - lambda h/2) by which explicit Euler overheats the slip, lambda = c_B A.
 

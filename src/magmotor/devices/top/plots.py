@@ -1,21 +1,16 @@
-"""Plots of the top: an overview of a run, and the map of a sweep."""
+"""Plots of the top: an overview of a run."""
 
-import json
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from magmotor.common import style
-from magmotor.common.arguments import checked
-from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Dpi, Picture
-from magmotor.common.measure_panels import averaged, draw_map
 from magmotor.device.analysis import analysis
 from magmotor.devices.ball.landscape import critical_points, effective_potential, valley
 from magmotor.devices.top.observables import momentum_balance, top_energy_balance
 from magmotor.devices.top.scene import Top
-from magmotor.devices.top.theory import highest_valley
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,60 +103,6 @@ def draw_momentum(axes: "Axes", run: xr.Dataset, scene: Top) -> tuple[list["Line
     spin = axes.secondary_yaxis("right", functions=to_spin)
     spin.set_ylabel("spin (rad/s)")
     return lines, float(np.abs(balance.residual).max())
-
-
-MEASURES, FIELDS = ("max_spin", "settling_radius"), ("tilt", "ring_height")
-
-LINE = "(H − r)/R = 0.980: above, a level ring keeps the ball under its center"
-
-
-@checked
-def spin_map(data: xr.Dataset, scene: Top, path: Picture, dpi: Dpi = style.DPI) -> None:
-    """Draw the results of a sweep of the top over `tilt` and `ring_height`.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-        The combined sweep, with the measures `max_spin` and `settling_radius`.
-    scene : Top
-        The scene that was swept.
-    path : str or Path
-        The file to write; its suffix sets the format.
-    dpi : int
-        Dots per inch of the picture.
-
-    Raises
-    ------
-    ValueError
-        The data are not from such a sweep, or are from a sweep of another scene.
-    """
-    _check(data, scene)
-    with style.figure(9.6, 4.2) as figure:
-        left, right = figure.subplots(1, 2)
-        for axes, name in ((left, "max_spin"), (right, "settling_radius")):
-            shown = averaged(data[name])
-            draw_map(axes, shown, data.tilt, data.ring_height)
-            axes.axhline(highest_valley(scene), color=style.ORANGE, ls="--", label=LINE)
-        legend = left.get_legend_handles_labels()
-        figure.legend(*legend, loc="outside lower center", ncols=2)
-        style.save(figure, path, dpi)
-
-
-def _check(data: xr.Dataset, scene: Top) -> None:
-    needs = *MEASURES, *FIELDS
-    missing = [name for name in needs if name not in data or data[name].dtype.kind not in "iuf"]
-    if missing or any(data[name].dims != (name,) for name in FIELDS):
-        swept, measured = " and ".join(FIELDS), " and ".join(MEASURES)
-        sentence = f"must come from a sweep over {swept} that measures {measured}"
-        raise ArgumentError("variables of data", [*map(str, data.variables)], sentence)
-    if "sweep" in data.attrs:
-        own = json.loads(data.attrs["sweep"]).get("scene_fields", {})
-        for name in ("ball_radius", "ring_radius"):
-            value = getattr(scene, name)
-            if own.get(name, value) != value:
-                raise ArgumentError(
-                    f"scene.{name}", value, f"must be {own[name]!r}, as in the sweep"
-                )
 
 
 FLAT = 1e-3

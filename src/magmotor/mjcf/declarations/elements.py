@@ -13,7 +13,7 @@ from magmotor.mjcf.declarations.fields import check_fields, read_fields
 from magmotor.mjcf.declarations.iron import check_iron, read_iron
 from magmotor.mjcf.declarations.magnetometers import read_magnetometers
 from magmotor.mjcf.declarations.magnets import read_magnets
-from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, UNMARKED
+from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
 from magmotor.mjcf.late import LateFunction
 from magmotor.numerics.numba_cache import compiled_once
 
@@ -68,7 +68,7 @@ def _check(checksum: int, offsets: layout.Layout):
         m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, errors.WORDS)
         if kinds & DIPOLES:
             check_tolerance(error, table, m, offsets)
-        if error[0] < 0 and kinds != UNMARKED:
+        if error[0] < 0:
             check_constant(error, table, m, offsets)
         if error[0] < 0 and kinds & COUPLINGS:
             check_couplings(error, table, m, offsets)

@@ -50,6 +50,8 @@ def fingerprint_of(m, offsets):
         total += _characters(m[offsets.text_data // 8], m[offsets.ntextdata // 8], 13)
     if nnumeric > 0:
         total += _integers(m[offsets.name_numericadr // 8], nnumeric, 14)
+        total += _integers(m[offsets.numeric_adr // 8], nnumeric, 23)
+        total += _integers(m[offsets.numeric_size // 8], nnumeric, 24)
     if ntuple > 0:
         total += _integers(m[offsets.name_tupleadr // 8], ntuple, 15)
         total += _integers(m[offsets.tuple_adr // 8], ntuple, 16)
@@ -58,6 +60,11 @@ def fingerprint_of(m, offsets):
         total += _integers(m[offsets.tuple_objid // 8], m[offsets.ntupledata // 8], 19)
         total += _integers(m[offsets.geom_type // 8], ngeom, 20)
         total += _integers(m[offsets.geom_bodyid // 8], ngeom, 21)
+        nactuator = m[offsets.nactuator // 8]
+        total += _integers(m[offsets.actuator_ctrladr // 8], nactuator, 25)
+        total += _integers(m[offsets.actuator_ctrlnum // 8], nactuator, 26)
+        total += _integers(m[offsets.actuator_actadr // 8], nactuator, 27)
+        total += _integers(m[offsets.actuator_actnum // 8], nactuator, 28)
     # The names of texts, numerics and tuples follow those of all other elements that are read.
     length = m[offsets.nnames // 8]
     first = _least(m[offsets.name_textadr // 8], ntext, length)

@@ -43,6 +43,7 @@ from magmotor.mjcf.declarations.table import (
     error_in,
     header,
     refuse,
+    words_of,
 )
 from magmotor.mjcf.declarations.user_numbers import (
     invalid_moment,
@@ -51,7 +52,7 @@ from magmotor.mjcf.declarations.user_numbers import (
 )
 from magmotor.mjcf.declarations.valid_indices import invalid_index
 from magmotor.mjcf.late import loading_failed
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.subroutine import subroutine
 
 _word, _flag = types.int64, types.boolean
@@ -88,6 +89,7 @@ _unreadable_address = memory.variable("magmotor_unreadable_table_address")
 _WIDTHS = tuple(len(kind) for kind in SECTIONS)
 
 _allocate = types.ExternalFunction("mju_malloc", _word(types.uint64))
+_free = types.ExternalFunction("mju_free", types.void(_word))
 
 _address = ctypes.c_int64()
 _table_of = memory.function_at("magmotor_reader_address", _FIND)
@@ -103,7 +105,7 @@ is thorough, and reads all numbers of tables of fields; and the address of the w
 def bind_others() -> None:
     """Bind what the reader calls, and the variable through which others will call the reader."""
     valid_indices.bind()
-    memory.bind_mujoco("mju_malloc")
+    memory.bind_mujoco("mju_malloc", "mju_free")
     memory.bind_variable("magmotor_tables_address", _address_of_lists)
     memory.bind_variable("magmotor_checked_address", _address_of_checked)
     memory.bind_variable("magmotor_empty_table_address", _address_of_empty)
@@ -138,6 +140,7 @@ def compile_alone() -> None:
         "magmotor_read_elements_address",
         "magmotor_tables_address",
         "magmotor_unreadable_table_address",
+        "mju_free",
         "mju_malloc",
     )
     compiled(layout.current())
@@ -188,20 +191,27 @@ def compiled(checksum: int, offsets: layout.Layout):
 @subroutine
 def _read(m, offsets):
     """Return the address of a new table, or 0 if Ctrl-C ended the compilation of what reads it."""
-    table = _allocate(8 * _most_words(m, offsets))
+    room = _allocate(8 * _most_words(m, offsets))
+    table, kept = room, np.int64(0)
     clear(table)
     kinds = marked_kinds(m, offsets)
     header(table).kinds, header(table).instance = kinds, plugin_instance(m, offsets)
     if kinds == WRONG:
         refuse(table, True, errors.MARK, -1)
         kinds = 0
+    complete = True
     if not _has_elements(m, offsets):
         read_magnets(table, False, m, offsets)
     elif elements_are_readable():
         read_elements((m.ctypes.data, table, kinds))
     else:
-        return 0
-    return table
+        complete = False
+    if complete:  # it is kept for ever, in no more memory than it needs
+        words = words_of(table)
+        kept = _allocate(8 * len(words))
+        copy(memory.words(kept, len(words)), words)
+    _free(room)
+    return kept
 
 
 @subroutine

@@ -70,6 +70,12 @@ def header(table):
 
 
 @subroutine(forceinline=True)
+def is_read(table):
+    """Whether a table is that of a model, instead of one for what could not be read."""
+    return header(table).fingerprint != -1
+
+
+@subroutine(forceinline=True)
 def error_in(table):
     """Return the words of the error in a header."""
     return memory.words(table + 8 * _ERROR, WORDS)
@@ -91,6 +97,12 @@ def _rows_of(section: int) -> Any:
 couplings, magnets, coils, sites, fields, pieces, planes, magnetometers = (
     _rows_of(section) for section in range(len(SECTIONS))
 )
+
+
+@subroutine(forceinline=True)
+def words_of(table):
+    """Return all words of a table."""
+    return memory.words(table, memory.words(table + 8 * STARTS, len(_WIDTHS) + 1)[len(_WIDTHS)])
 
 
 @subroutine

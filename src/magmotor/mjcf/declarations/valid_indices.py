@@ -24,8 +24,11 @@ from magmotor.mjcf.declarations.custom import (
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
-ANY, PRECEDING_OR_OWN, PRECEDING = range(3)
-"""Which elements an index may name; a tree is sorted, so that no loop over parents is endless."""
+ANY, PRECEDING_OR_OWN, PRECEDING, APART = range(4)
+"""Which elements an index may name; a tree is sorted, so that no loop over parents is endless.
+
+Ranges that are `APART` follow one another, so that together they are no longer than their array.
+"""
 
 INDICES = (
     ("name_textadr", "ntext", "nnames", "", ANY),
@@ -34,7 +37,7 @@ INDICES = (
     ("name_numericadr", "nnumeric", "nnames", "", ANY),
     ("numeric_adr", "nnumeric", "nnumericdata", "numeric_size", ANY),
     ("name_tupleadr", "ntuple", "nnames", "", ANY),
-    ("tuple_adr", "ntuple", "ntupledata", "tuple_size", ANY),
+    ("tuple_adr", "ntuple", "ntupledata", "tuple_size", APART),
     ("body_parentid", "nbody", "nbody", "", PRECEDING),
     ("body_rootid", "nbody", "nbody", "", PRECEDING_OR_OWN),
     ("body_weldid", "nbody", "nbody", "", PRECEDING_OR_OWN),
@@ -85,6 +88,9 @@ FIELDS = tuple(row[0] for row in (*INDICES, *NAMED, *TEXTS))
 
 SIZES = {row[0]: row[3] for row in INDICES if row[3]}
 """The sizes of the ranges that begin at an index."""
+
+APART_FIELDS = tuple(row[0] for row in INDICES if row[4] == APART)
+"""The indices of ranges that follow one another."""
 
 _word = types.int64
 _FIND = types.int64(_word, _word)
@@ -145,15 +151,18 @@ def _find(array, count, limit, sizes, order, found):
     A negative C int is a large number here.
     """
     index, size = memory.integers(array, count), memory.integers(sizes, count)
+    end = np.int64(0)
     for i in range(count):
         extent = np.int64(size[i]) if sizes != 0 else 1
         if order == PRECEDING_OR_OWN or (order == PRECEDING and i == 0):
             limit = i + 1
         elif order == PRECEDING:
             limit = i
-        if extent > 0 and np.int64(index[i]) + extent > limit:
+        if extent > 0 and (np.int64(index[i]) + extent > limit or np.int64(index[i]) < end):
             found[0], found[1], found[2], found[3] = i, index[i], extent, limit
             return True
+        if order == APART and extent > 0:
+            end = np.int64(index[i]) + extent
     return False
 
 

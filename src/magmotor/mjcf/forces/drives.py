@@ -48,7 +48,7 @@ def _drive(actuator, saturation, controlled, m, d, offsets):
     if activations > 0:
         first = memory.integers(m[offsets.actuator_actadr // 8], memory.UNBOUNDED)[actuator]
         u = memory.numbers(d[offsets.act // 8], 1, memory.UNBOUNDED)[0, first + activations - 1]
-    elif controlled:
+    elif controlled and _has_control(actuator, m, offsets):
         i = memory.integers(m[offsets.actuator_ctrladr // 8], memory.UNBOUNDED)[actuator]
         u = _control(i, flags & DISABLE_CLAMP == 0, m, d, offsets)
     else:
@@ -111,3 +111,9 @@ def drives_checksum(table, m, d, offsets):
             u = _drive(applied[k].actuator, 0.0, controlled, m, d, offsets)
             total = (total ^ float_as_bits(u)) * memory.MULTIPLIER
     return np.int64(total >> np.uint64(17))
+
+
+@subroutine(forceinline=True)
+def _has_control(actuator, m, offsets):
+    """Whether the number of an actuator's first control is one."""
+    return memory.integers(m[offsets.actuator_ctrlnum // 8], memory.UNBOUNDED)[actuator] > 0

@@ -36,28 +36,12 @@ from magmotor.commands.output import (
     write_netcdf,
 )
 from magmotor.commands.picture_options import PictureOptions
-from magmotor.commands.scene_options import parse_fields
 from magmotor.common.checks import check_choice, check_integer, check_number
-from magmotor.devices.disk.four_systems import disk_scenes, simulate_system
-from magmotor.devices.disk.plots import FIGURES
-from magmotor.devices.disk.system import System
 from magmotor.noise import check_seed
-
-Scene = mm.Disk | mm.LangevinParticle
-
-METHOD = "mujoco/baoab"
-"""The method of MuJoCo's paths and ensembles."""
-
-FULL = {
-    "method": "variational/euler",
-    "timestep": 0.01,
-    "duration": 50_000.0,
-    "replicas": 5000,
-}
-"""The paper's scheme, timestep and duration; it does not state the number of realizations."""
-
-BESIDE = {"method": METHOD, "timestep": 0.05, "replicas": 64}
-"""MuJoCo's own ensembles: as many replicas as two cores simulate in a good minute at full size."""
+from paper.disk.pictures import FIGURES, disk_figure, disk_overview
+from paper.disk.system import System
+from paper.disk.systems import BESIDE, FULL, Scene, disk_scenes, simulate_system
+from paper.options import parse_fields
 
 RATES = {"variational": 3e8, "mujoco": 2.5e6}
 """Approximate number of trajectory-steps per second and core, by engine."""
@@ -254,10 +238,8 @@ def summary(system: System) -> Iterator[str]:
 
 def draw(systems: list[System], mujoco: list[System], options: Options) -> None:
     out, suffix = options.out, options.pictures
-    overview = partial(mm.plots.disk_overview, systems, beside=mujoco)
+    overview = partial(disk_overview, systems, beside=mujoco)
     written = options.draw(out / "disk", overview)
     for name in FIGURES:
-        options.draw(
-            out / f"disk_{name}", partial(mm.plots.disk_figure, systems, name, beside=mujoco)
-        )
+        options.draw(out / f"disk_{name}", partial(disk_figure, systems, name, beside=mujoco))
     print(f"wrote {written}, {out}/disk_{{{','.join(FIGURES)}}}.{suffix} and disk_*.nc")

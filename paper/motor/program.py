@@ -15,7 +15,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
@@ -30,18 +29,12 @@ from magmotor.commands.output import (
     write_netcdf,
 )
 from magmotor.commands.picture_options import PictureOptions
-from magmotor.commands.scene_options import parse_fields
 from magmotor.common.checks import check_choice, check_number
-from magmotor.devices.motor.guard import TIPPED
-from magmotor.devices.motor.plots import FIGURES
 from magmotor.devices.motor.scene import PAPER
 from magmotor.noise import check_seed
-
-METHOD = "mujoco/baoab"
-"""The method of the paper's runs."""
-
-RECORDS = 100
-"""Smallest number of records of a run that is kept."""
+from paper.motor.pictures import FIGURES, motor_figure
+from paper.motor.runs import METHOD, RECORDS, simulate_run
+from paper.options import parse_fields
 
 
 @dataclass
@@ -141,24 +134,6 @@ def simulate(name: str, scene: mm.Motor, options: Options) -> mm.plots.MotorRun:
     return run
 
 
-def until_tipping(scene: mm.Motor, **arguments: Any) -> xr.Dataset:
-    """Simulate a motor; if its ring tips over after `RECORDS`, the run has an attribute `stopped`.
-
-    Arguments and errors are those of `simulate`.
-    """
-    try:
-        return mm.simulate(scene, **arguments)
-    except mm.PhysicalEvent as stop:
-        if stop.event != TIPPED or stop.dataset.sizes["time"] < RECORDS:
-            raise
-        return stop.dataset.assign_attrs(stopped=f"at t = {stop.time:g} s: {stop.reason}")
-
-
-def simulate_run(name: str, scene: mm.Motor, **arguments: Any) -> mm.plots.MotorRun:
-    """Simulate a motor until its ring tips over; see `until_tipping`."""
-    return mm.plots.MotorRun(name, until_tipping(scene, **arguments))
-
-
 def save(data: xr.Dataset, path: Path) -> None:
     encoding = {
         name: {"zlib": True, "complevel": 1, "dtype": "float32" if values.ndim > 1 else "float64"}
@@ -203,5 +178,5 @@ def draw(runs: list[mm.plots.MotorRun], options: Options) -> None:
     others = [run for run in runs if run is not shown]
     written = options.draw(out / "motor", partial(mm.plots.motor_overview, shown, others=others))
     for name in FIGURES:
-        options.draw(out / f"motor_{name}", partial(mm.plots.motor_figure, runs, name))
+        options.draw(out / f"motor_{name}", partial(motor_figure, runs, name))
     print(f"wrote {written}, {out}/motor_{{{','.join(FIGURES)}}}.{suffix} and motor_RUN.nc")

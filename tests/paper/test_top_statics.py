@@ -7,8 +7,8 @@ import pytest
 
 import magmotor as mm
 from magmotor import dipoles
-from magmotor.devices.top.dry_friction import held_axis, hertz_torsional_coefficient
-from magmotor.devices.top.lift import critical_height, largest_lift, largest_lift_map, lift_map
+from paper.top.dry_friction import held_axis, hertz_torsional_coefficient
+from paper.top.lift import critical_height, largest_lift, largest_lift_map, lift_map
 
 RNG = np.random.default_rng(5)
 

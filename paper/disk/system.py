@@ -15,6 +15,14 @@ from magmotor.devices.disk.observables import local_slope
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.theory.curves import DiskTheory
 
+SYSTEMS = {
+    "symmetric": (style.BLUE, "o"),
+    "asymmetric": (style.ORANGE, "s"),
+    "flat": (style.GREEN, "^"),
+    "control": (style.PURPLE, "D"),
+}
+"""Names of the four systems, with the color and marker that each has in all figures."""
+
 NEEDS = ("mean", "mean_error", "mean_square", "mean_square_error", "increment_correlation")
 """Variables that an ensemble must have."""
 
@@ -42,7 +50,7 @@ class System:
 
     def __post_init__(self) -> None:
         """Check that both are ensembles of the system."""
-        check_choice("name", self.name, tuple(style.SYSTEMS))
+        check_choice("name", self.name, tuple(SYSTEMS))
         for name in ("rest", "stationary"):
             data = checked_run(
                 name, getattr(self, name), NEEDS, (Disk, LangevinParticle), records=3

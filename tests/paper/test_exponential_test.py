@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from magmotor.observables import exponential_test, squared_variation
+from paper.motor.exponential_test import exponential_test, squared_variation
 
 OTHERS = {"gamma": stats.gamma(2), "pareto": stats.lomax(2.5), "itself": stats.expon()}
 

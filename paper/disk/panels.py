@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from magmotor.common import style
 from magmotor.common.arrays import Array
 from magmotor.devices.disk.observables import flight_survival, local_slope
-from magmotor.devices.disk.system import BEYOND, System
+from paper.disk.system import BEYOND, SYSTEMS, System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,7 +65,7 @@ class Guide:
 
 def draw_mean(axes: "Axes", system: System) -> None:
     """Draw E[x(t)] with a band of two standard errors."""
-    color, _ = style.SYSTEMS[system.name]
+    color, _ = SYSTEMS[system.name]
     mean, error = system.x("mean"), 2 * system.x("mean_error")
     band = {"color": color, "alpha": 0.2, "lw": 0}
     axes.fill_between(system.times, mean - error, mean + error, **band)
@@ -137,7 +137,7 @@ def draw_correlation(axes: "Axes", system: System) -> None:
 
 def draw_correlation_from_rest(axes: "Axes", system: System) -> None:
     """Draw the same in the second half of the run from rest, as in the paper."""
-    rest, (color, marker) = system.rest, style.SYSTEMS[system.name]
+    rest, (color, marker) = system.rest, SYSTEMS[system.name]
     points = axes.errorbar(
         rest.lag, rest.increment_correlation, 2 * rest.increment_correlation_error, color=color,
         fmt=marker, ms=6.5, mfc="none", lw=0.8, zorder=1,
@@ -216,11 +216,11 @@ def draw_flights(axes: "Axes", system: System) -> None:
 
 def draw_beside(axes: "Axes", system: System, points: Points) -> None:
     """Draw the points of another engine on top of those of the system."""
-    axes.errorbar(*points, fmt=style.SYSTEMS[system.name][1], **BESIDE)
+    axes.errorbar(*points, fmt=SYSTEMS[system.name][1], **BESIDE)
 
 
 def _draw_points(axes: "Axes", system: System, points: Points) -> None:
-    color, marker = style.SYSTEMS[system.name]
+    color, marker = SYSTEMS[system.name]
     axes.errorbar(*points, color=color, fmt=marker, ms=4.5, lw=1.2, zorder=2)
 
 

@@ -10,9 +10,9 @@ from magmotor.common.checks import check_choice
 from magmotor.common.hints import Dpi, Picture, several
 from magmotor.common.measure_panels import WRAP
 from magmotor.device.provenance import numerics_of
-from magmotor.devices.disk import plot_panels
-from magmotor.devices.disk.plot_panels import Guide, Points
-from magmotor.devices.disk.system import System
+from paper.disk import panels
+from paper.disk.panels import Guide, Points
+from paper.disk.system import SYSTEMS, System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,51 +37,51 @@ FROM_REST = "theory: reduced equation of d; exact if flat; free particle"
 
 FIGURES = {
     "mean": Figure(
-        plot_panels.draw_mean,
-        plot_panels.mean,
+        panels.draw_mean,
+        panels.mean,
         "Mean of x, from rest at x = 0",
         "theory: impulse of the first push −U′(0), as long as d keeps it",
     ),
     "mean_square": Figure(
-        plot_panels.draw_mean_square,
-        plot_panels.mean_square,
+        panels.draw_mean_square,
+        panels.mean_square,
         "Mean square of x, from rest",
         FROM_REST,
     ),
     "msd": Figure(
-        plot_panels.draw_msd,
-        plot_panels.msd,
+        panels.draw_msd,
+        panels.msd,
         "Mean square of x, from rest, logarithmic",
         FROM_REST,
     ),
     "slope": Figure(
-        plot_panels.draw_slope,
-        plot_panels.slope,
+        panels.draw_slope,
+        panels.slope,
         "Local slope of log E[x²] against log t, from rest",
         FROM_REST,
     ),
     "correlation": Figure(
-        plot_panels.draw_correlation,
-        plot_panels.correlation,
+        panels.draw_correlation,
+        panels.correlation,
         "Correlation of x(t+2s) − x(t+s), x(t+s) − x(t), stationary",
         "theory, stationary: reduced equation of d; exact if flat (there d = 0); free particle",
-        alone=plot_panels.draw_correlation_from_rest,
+        alone=panels.draw_correlation_from_rest,
     ),
     "diffusion": Figure(
-        plot_panels.draw_diffusion,
-        plot_panels.diffusion,
+        panels.draw_diffusion,
+        panels.diffusion,
         "Variance of x over t, from rest",
         FROM_REST,
     ),
     "histogram": Figure(
-        plot_panels.draw_histogram,
-        plot_panels.histogram,
+        panels.draw_histogram,
+        panels.histogram,
         "Density of x at the end, from rest",
         "Gaussian of theory's variance",
     ),
     "flights": Figure(
-        plot_panels.draw_flights,
-        plot_panels.survival,
+        panels.draw_flights,
+        panels.survival,
         "Flights: probability that d keeps its sign for so long, stationary",
         "",
         "slopes −1/2 and −1.9",
@@ -197,7 +197,7 @@ def _draw(
     FIGURES[name].draw(axes, system)
     for other in beside:
         if other.name == system.name:
-            plot_panels.draw_beside(axes, other, FIGURES[name].points(other))
+            panels.draw_beside(axes, other, FIGURES[name].points(other))
     if guide:
         guide.draw(axes, name, system)
 
@@ -218,17 +218,15 @@ def _legend(
 
     handles = []
     for system in systems:
-        color, marker = style.SYSTEMS[system.name]
+        color, marker = SYSTEMS[system.name]
         handles.append(line(system.name, color=color, marker=marker, ms=4.5))
     if theory:
-        handles.append(line(theory, **plot_panels.THEORY))
-    handles += [
-        line(label, **plot_panels.GUIDE) for label in (guides, guide and guide.label) if label
-    ]
+        handles.append(line(theory, **panels.THEORY))
+    handles += [line(label, **panels.GUIDE) for label in (guides, guide and guide.label) if label]
     filled = "filled: " if beside else ""
     handles.append(line(f"{filled}{numerics_of(systems[0].rest)}", ls=""))
     if beside:
-        points = {**plot_panels.BESIDE, "lw": 0}
+        points = {**panels.BESIDE, "lw": 0}
         handles.append(line(f"white: {numerics_of(beside[0].rest)}", marker="o", **points))
     handles.append(line(BARS, ls=""))
     rows = 2 if len(handles) <= WIDEST else 3
