@@ -41,55 +41,16 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help movie disk motor sweep studies figures examples models test test-quick fuzz torture corpus promises lint bench charts docs compat clean redo
+.PHONY: help setup movie test test-quick format lint docs bench compat clean redo
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
+setup: .venv/dev-ready  ## the environment .venv, with tests and linters
+
 movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
 	@echo "== movie: simulating and rendering into out/"
 	@.venv/bin/magmotor movie top $(ARGS)
-
-disk: $(READY)  ## the sliding disk's figures, with theory: out/disk*.png, out/disk_*.nc
-	@echo "== disk: simulating and drawing into out/ (the first run also compiles the kernels)"
-	@$(PYTHON) scripts/disk.py $(ARGS)
-
-motor: $(READY)  ## the seven motors' figures: out/motor*.png, out/motor_*.nc
-	@echo "== motor: simulating and drawing into out/ (the first run also compiles the kernels)"
-	@$(PYTHON) scripts/motor.py $(ARGS)
-
-sweep: $(READY)  ## a parameter sweep: out/sweep_*/, .png, .nc; ARGS="top --vary tilt=0:0.2:21"
-	@.venv/bin/magmotor sweep $(or $(ARGS),top --vary tilt=0:0.2:21 --vary ring_height=0.16:0.4:25)
-
-studies: $(READY)  ## where the top spins, how often and where the motor flies: out/study_*.png, .nc
-	@echo "== studies: simulating and drawing into out/; run again to resume after an interruption"
-	@$(PYTHON) scripts/study.py spin $(ARGS)
-	@$(PYTHON) scripts/study.py flights $(ARGS)
-	@$(PYTHON) scripts/study.py geometry $(ARGS)
-
-figures: $(READY)  ## the paper's figures with their claims checked: out/figures/, docs/gallery.md
-	@echo "== figures: simulating, checking and drawing takes 20 minutes; with ARGS=--quick, three or four"
-	@$(PYTHON) scripts/figures.py $(ARGS)
-
-examples: $(READY)  ## other models, magnetized or warm: out/{magnetic_beads,...}.{png,mp4}
-	@echo "== examples: those with movies, and the 40 000 pendulums, take most of a minute each"
-	@$(PYTHON) examples/compass_needles.py
-	@$(PYTHON) examples/someone_elses_model.py
-	@$(PYTHON) examples/own_device.py
-	@$(PYTHON) examples/thermal_chain.py
-	@$(PYTHON) examples/magnetic_beads.py
-	@$(PYTHON) examples/magnetic_assembly.py
-	@$(PYTHON) examples/pick_and_place.py
-	@$(PYTHON) examples/levitation.py
-	@$(PYTHON) examples/micro_swimmer.py
-	@$(PYTHON) examples/magnetic_pendulum.py $(ARGS)
-
-models: $(READY)  ## the complete scenes of models/, composed of models/parts/
-	@.venv/bin/magmotor export disk models/disk.xml
-	@.venv/bin/magmotor export top models/top.xml
-	@.venv/bin/magmotor export top models/top_plane.xml --surface plane
-	@.venv/bin/magmotor export motor models/motor.xml
-	@.venv/bin/magmotor export motor models/motor_plane.xml --surface plane
 
 test: .venv/dev-ready  ## all tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
@@ -99,23 +60,9 @@ test-quick: .venv/dev-ready  ## tests of the library and the devices, in half th
 	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 tests/library tests/devices $(ARGS)
 
-fuzz: .venv/dev-ready  ## hostile input to the public interface, damaged models; ARGS="--inputs 100000 --seed 7"
-	@echo "== fuzz: calls that crash, hang or raise an unexpected error are listed with their numbers"
-	@$(PYTHON) -m trials.fuzz $(ARGS)
-
-corpus: .venv/dev-ready .cache/corpus/ready  ## magnets and a temperature on 366 models of public packages
-	@echo "== corpus: adding magnets to other people's models, and checking forces and motion"
-	@$(PYTHON) -m trials.corpus .cache/corpus $(ARGS)
-	@echo "== corpus: giving them a temperature, and checking forces, friction, energy and temperature"
-	@$(PYTHON) -m trials.corpus.acceptance .cache/corpus $(ARGS)
-	@echo "== corpus: asking pip which of the packages can be installed beside this one"
-	@$(PYTHON) -m trials.corpus.beside trials/corpus/requirements.txt
-
-promises: .venv/dev-ready .cache/corpus/ready  ## what mm.advise promises for these models, against plain steps; ARGS="--seed 1"
-	@echo "== promises: asking for advice on 40 models and judging it takes about ten minutes"
-	@$(PYTHON) -m trials.corpus.advice .cache/corpus --models 40 $(ARGS)
-	@echo "== promises: comparing limits of stability by theory with those that pushes find"
-	@$(PYTHON) -m trials.corpus.stability .cache/corpus --models 40 $(ARGS)
+format: .venv/dev-ready  ## the code, as lint demands it
+	@$(PYTHON) -m ruff check --fix-only --quiet
+	@$(PYTHON) -m ruff format
 
 lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layers
 	@echo "== lint: ruff check, ruff format --check, pyright, lint-imports"
@@ -124,21 +71,11 @@ lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layer
 	@$(PYTHON) -m pyright
 	@.venv/bin/lint-imports --no-cache --no-logo
 
-torture: .venv/dev-ready  ## kill programs at random times and compare all bytes; ARGS="1000 --seed 5"
-	@echo "== torture: killing runs, ensembles, sweeps, workers and clusters for some minutes"
-	@$(PYTHON) -m trials.torture $(ARGS)
-
 bench: .venv/dev-ready  ## the speed tables; only some with ARGS="ensemble sweeps"
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
 		echo "== bench: no .venv-bench, so other libraries are left out"
 	@echo "== bench: measuring (leave the machine idle meanwhile)"
 	@$(PYTHON) benchmarks/run.py $(ARGS)
-
-charts: .venv/dev-ready  ## speed against accuracy, stability, detail: out/charts/, docs/; ARGS=--quick
-	@$(MAKE) --no-print-directory .venv-bench/ready || \
-		echo "== charts: no .venv-bench, so other libraries are left out"
-	@echo "== charts: measuring (leave the machine idle meanwhile; after Ctrl-C, run again to resume)"
-	@$(PYTHON) benchmarks/charts.py $(ARGS)
 
 # Not --quiet, which would also hide warnings from --strict.
 docs: .venv/dev-ready  ## the documentation site, which opens from disk: out/site/
@@ -198,11 +135,3 @@ endef
 # Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)
 	$(call install,.venv-bench,d,-r $<,once: 2.2 GB and two minutes; 6 GB if PyPI has no torch without CUDA)
-
-# Only files of the packages are read, so conflicts among them do not matter.
-.cache/corpus/ready: trials/corpus/requirements.txt .venv/dev-ready
-	@echo "== downloading the packages of the corpus (once: 1.1 GB and about a minute)"
-	@rm -rf .cache/corpus
-	@$(PYTHON) -m pip install -qq --no-deps --only-binary=:all: --ignore-requires-python --no-compile \
-		--no-warn-conflicts --target .cache/corpus -r $<
-	@touch $@

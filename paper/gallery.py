@@ -1,4 +1,4 @@
-"""The gallery: a page of all figures with their claims, from the files that `make figures` wrote.
+"""The gallery: a page of all figures with their claims, from the files of `scripts/figures.py`.
 
 Its folder contains NAME.png and NAME.json, the claims, for each figure.
 """
@@ -20,10 +20,11 @@ INTRODUCTION = """\
 This page reproduces every figure of N. Bou-Rabee and H. Owhadi, *Ballistic transport at uniform
 temperature*, and adds figures that test the paper's claims further or answer a builder's questions.
 Below each figure are the claims of its caption, or of the text around it, with the measurement and
-a verdict. `make figures` makes the whole page, `make figures ARGS="nonconservative_tilted"` one
-figure. The [errata](errata.md) explain what is wrong in the paper, and why. Each figure names the
-engine that computed it: MuJoCo, or a reference integrator, which uses no MuJoCo. If one picture
-represents two figures of the paper, a claim of only one of them begins with its number.
+a verdict. `python scripts/figures.py` makes the whole page, and
+`python scripts/figures.py nonconservative_tilted` one figure. The [errata](errata.md) explain what
+is wrong in the paper, and why. Each figure names the engine that computed it: MuJoCo, or a reference
+integrator, which uses no MuJoCo. If one picture represents two figures of the paper, a claim of only
+one of them begins with its number.
 
 Claims that begin with *Ours* are not in the paper. Each claim is judged and counted once: where it
 is repeated, a link to the figure that judges it takes the place of the verdict.

@@ -1,4 +1,4 @@
-"""`make disk`: the figures of the four sliding disks; the program is in `paper/disk/program.py`."""
+"""The figures of the four sliding disks; the program is in `paper/disk/program.py`."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`make motor`: the figures of the seven motors; the program is in `paper/motor/program.py`."""
+"""The figures of the seven motors; the program is in `paper/motor/program.py`."""
 
 import sys
 from pathlib import Path

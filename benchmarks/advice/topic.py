@@ -16,7 +16,7 @@ from magmotor.advice.report import fails_from
 
 ROOT = Path(__file__).parents[2]
 CORPUS = ROOT / ".cache" / "corpus"
-"""Where `make corpus` keeps public packages."""
+"""Where `python -m trials.corpus` keeps public packages."""
 
 ERROR, DURATION, BUDGET = 0.01, 1.0, 60.0
 """What is asked for; error relative, times in s."""
@@ -88,7 +88,9 @@ def cases(quick: bool) -> list[Case]:
 def measure(name: str) -> Record:
     source = MODELS[name]
     if not source.path.exists():
-        return {"failed": f"{NOT_INSTALLED}{source.package}, which `make corpus` downloads"}
+        return {
+            "failed": f"{NOT_INSTALLED}{source.package}, which `python -m trials.corpus` downloads"
+        }
     model = mujoco.MjModel.from_xml_path(str(source.path))
     data = mujoco.MjData(model)
     if model.nkey:

@@ -329,7 +329,7 @@ def test_positions_against_quadrature(name):
     """BAOAB at omega h = 1, from 640000 steps.
 
     The bias of <V> above rest and of each <1 - cos> (or <x^2>) is less than 1 %, beyond 4 standard
-    errors (a false alarm once in 1000 at a bias of 1 %). Measured: see `make charts`.
+    errors (a false alarm once in 1000 at a bias of 1 %). Measured: see the charts.
     """
     law = Law(TREES[name])
     exact = by_quadrature(law)
@@ -346,7 +346,7 @@ def test_positions_against_quadrature(name):
      "arm of dm_control"],
 )  # fmt: skip
 def test_positions_against_the_metropolis_algorithm(name):
-    """The same from 256000 steps and 12800 samples; `make charts` has smaller errors of all trees.
+    """The same from 256000 steps and 12800 samples; the charts have smaller errors.
 
     By chance, at a bias of 1 %, each of 28 deviations is too large once in 15000.
     """

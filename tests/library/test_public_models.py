@@ -1,6 +1,6 @@
 """Models that other people made, with magnets and at a temperature: those of dm_control.
 
-`make corpus` has many more.
+`python -m trials.corpus` has many more.
 """
 
 from importlib.util import find_spec

@@ -1,4 +1,4 @@
-"""The program behind `make charts`: persistent records, and tables and pictures in documents."""
+"""The program benchmarks/charts.py: persistent records, and tables and pictures in documents."""
 
 import json
 import sys

@@ -238,7 +238,7 @@ def test_limits_that_are_infinite_both_are_counted_apart(packages):
 
 
 def test_the_table_of_packages_is_whole():
-    """`make corpus` asks pip whether its rows are right."""
+    """`python -m trials.corpus` asks pip whether its rows are right."""
     rows = beside.rows_of(beside.PAGE.read_text())
     requirements = ROOT / "trials" / "corpus" / "requirements.txt"
     names = [each.replace("==", " ") for each in beside.packages_of(requirements)]

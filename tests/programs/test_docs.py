@@ -134,7 +134,7 @@ def commands():
             for line in (found[1] or found[2]).splitlines():
                 if re.match(
                     r"make \S|--\w|magmotor [a-z]|"
-                    r"(\S*python )?(scripts|examples|benchmarks)/\w+\.py\b",
+                    r"(\S*python )?(scripts|examples|benchmarks)/\w+\.py\b|python -m trials",
                     line,
                 ):
                     words = program_of(shlex.split(line, comments=True), program)
@@ -158,6 +158,9 @@ def program_of(words, last):
         return [" ".join(words[:2]), *words[2:]]
     if words[0].startswith("--"):
         return [last, "any", words[0]] if last else []
+    if words[1:2] == ["-m"]:
+        path = words[2].replace(".", "/")
+        return [f"{path}/__main__.py" if (ROOT / path).is_dir() else f"{path}.py", *words[3:]]
     return words[1:] if words[0].endswith("python") else words
 
 

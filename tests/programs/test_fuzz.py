@@ -99,7 +99,7 @@ def test_the_whole_public_interface_is_called():
 
 
 def test_damaged_binaries_crash_no_process():
-    """See `make fuzz` for more."""
+    """See `python -m trials.fuzz` for more."""
     said = []
     assert try_binaries(mutations(150, seed=1), said.append), "\n".join(said)
     print(said[-1])

@@ -1,8 +1,8 @@
 """Add magnets to the models of public packages, and check the forces, the motion and the rest.
 
-    python -m trials.corpus FOLDER [--seed SEED] [--workers WORKERS]
+    python -m trials.corpus [FOLDER] [--seed SEED] [--workers WORKERS]
 
-FOLDER is where pip installed the packages: `make corpus` does that, and runs this program. Any
+FOLDER is where pip installed the packages; without it, they are downloaded. Any
 other folder with MJCF will do. The program prints a table of what was found, and a line for each
 model on which a check fails; then its exit code is 1. Each model is checked in a process of its
 own, a fork of this one.
@@ -25,6 +25,7 @@ import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
 from trials.corpus.checks import BOUNDS, ROUNDING, STEPS, Findings, examine  # noqa: E402
+from trials.corpus.download import add_folder, folder_of  # noqa: E402
 from trials.corpus.models import PLUGIN, packages  # noqa: E402
 from trials.corpus.processes import examine_all  # noqa: E402
 
@@ -36,11 +37,14 @@ COLUMNS = (
 
 def main() -> int:
     """Run the program; returns its exit code."""
-    parser = argparse.ArgumentParser(prog="corpus", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folder", type=Path)
+    parser = argparse.ArgumentParser(
+        prog="python -m trials.corpus", description=(__doc__ or "").splitlines()[0]
+    )
+    add_folder(parser)
     parser.add_argument("--seed", type=int, default=0, help="of the bodies, sites and moments")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
+    folder = folder_of(options)
     begin = time.perf_counter()
     with mm.magnetism():  # loads the compiled code before the forks
         mujoco.MjData(mujoco.MjModel.from_xml_string(PLUGIN))
@@ -50,7 +54,7 @@ def main() -> int:
     check = partial(examine, seed=options.seed)
     everything: list[Findings] = []
     digests: set[str] = set()
-    for package, paths in packages(options.folder.absolute()).items():
+    for package, paths in packages(folder).items():
         found = list(examine_all(paths, check, failed, options.workers))
         for each in found:
             each.repeated = each.digest in digests
@@ -73,7 +77,7 @@ def main() -> int:
         print(f"skipped: {count} files, {reason}")
     wrong = [each for each in distinct if each.wrong]
     for each in wrong:
-        print(f"WRONG: {each.file.relative_to(options.folder.absolute())}: {each.wrong}")
+        print(f"WRONG: {each.file.relative_to(folder)}: {each.wrong}")
     print(f"{time.perf_counter() - begin:.0f} s in all")
     return bool(wrong)
 

@@ -1,6 +1,6 @@
 """Give a temperature to the models of public packages: how many have one, and is it right?
 
-    python -m trials.corpus.acceptance FOLDER [--seed SEED] [--workers WORKERS]
+    python -m trials.corpus.acceptance [FOLDER] [--seed SEED] [--workers WORKERS]
 
 As `python -m corpus` does for magnets, the program prints a table of how many models `mm.Langevin`
 takes, and with which flags disabled, and what was found on those, and a line for each model on
@@ -24,6 +24,7 @@ import mujoco  # noqa: E402
 import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
+from trials.corpus.download import add_folder, folder_of  # noqa: E402
 from trials.corpus.models import packages  # noqa: E402
 from trials.corpus.processes import examine_all  # noqa: E402
 from trials.corpus.temperature import BOUNDS, Findings, examine  # noqa: E402
@@ -41,12 +42,13 @@ COLUMNS = (
 def main() -> int:
     """Run the program; returns its exit code."""
     parser = argparse.ArgumentParser(
-        prog="corpus.acceptance", description=(__doc__ or "").splitlines()[0]
+        prog="python -m trials.corpus.acceptance", description=(__doc__ or "").splitlines()[0]
     )
-    parser.add_argument("folder", type=Path)
+    add_folder(parser)
     parser.add_argument("--seed", type=int, default=0, help="of the positions and velocities")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     options = parser.parse_args()
+    folder = folder_of(options)
     begin = time.perf_counter()
     model = mujoco.MjModel.from_xml_string(HINGE)
     # This loads the compiled code before the forks.
@@ -57,7 +59,7 @@ def main() -> int:
     check = partial(examine, seed=options.seed)
     everything: list[Findings] = []
     digests: set[str] = set()
-    for package, paths in packages(options.folder.absolute()).items():
+    for package, paths in packages(folder).items():
         found = list(examine_all(paths, check, failed, options.workers))
         for each in found:
             each.repeated = each.digest in digests
@@ -73,7 +75,7 @@ def main() -> int:
     show("refused", Counter(kind(each.refused) for each in distinct if each.refused))
     wrong = [each for each in distinct if each.wrong]
     for each in wrong:
-        print(f"WRONG: {each.file.relative_to(options.folder.absolute())}: {each.wrong}")
+        print(f"WRONG: {each.file.relative_to(folder)}: {each.wrong}")
     print(f"{time.perf_counter() - begin:.0f} s in all")
     return bool(wrong)
 

@@ -1,6 +1,6 @@
 """Ask for advice on the models of public packages: does the error that it promises hold?
 
-    python -m trials.corpus.advice FOLDER [--seed SEED] [--models N] [--workers WORKERS]
+    python -m trials.corpus.advice [FOLDER] [--seed SEED] [--models N] [--workers WORKERS]
         [--whole]
 
 The program takes N of the distinct models, a quarter of them with magnets, and starts each from its
@@ -31,6 +31,7 @@ import numpy as np  # noqa: E402
 
 import magmotor as mm  # noqa: E402
 from trials.corpus import models  # noqa: E402
+from trials.corpus.download import add_folder, folder_of  # noqa: E402
 from trials.corpus.judgment import Judgment, judge, movable, quantity_of  # noqa: E402
 from trials.corpus.processes import examine_all  # noqa: E402
 
@@ -218,9 +219,9 @@ def table(found: list[Findings]) -> list[str]:
 def main() -> int:
     """Run the program; returns its exit code."""
     parser = argparse.ArgumentParser(
-        prog="corpus.advice", description=(__doc__ or "").splitlines()[0]
+        prog="python -m trials.corpus.advice", description=(__doc__ or "").splitlines()[0]
     )
-    parser.add_argument("folder", type=Path)
+    add_folder(parser)
     parser.add_argument("--seed", type=int, default=0, help="of the models and what is asked")
     parser.add_argument("--models", type=int, default=100)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
@@ -229,7 +230,7 @@ def main() -> int:
     warnings.simplefilter("ignore")
     with mm.magnetism():  # loads the compiled code before the forks
         mujoco.MjData(mujoco.MjModel.from_xml_string(models.PLUGIN))
-    folder = options.folder.absolute()
+    folder = folder_of(options)
     files = [path for paths in models.packages(folder).values() for path in paths]
     chosen = [files[k] for k in np.random.default_rng(options.seed).permutation(len(files))]
     found: dict[str, Findings] = {}

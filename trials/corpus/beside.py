@@ -1,6 +1,6 @@
 """Which public packages can be installed beside magmotor, and with which MuJoCo.
 
-    python -m trials.corpus.beside trials/corpus/requirements.txt [--only NAME]
+    python -m trials.corpus.beside [REQUIREMENTS] [--only NAME]
 
 For each package, pip searches for versions of everything that both require, without installing
 them. The program prints a table. Its exit code is 1 if the documentation's table (docs/install.md)
@@ -14,6 +14,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from trials.corpus.download import REQUIREMENTS
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "install.md"
 SHOWN = "mujoco", "numpy"
@@ -24,9 +26,9 @@ CONFLICT = re.compile(r"^ +(\S+ \S+ depends on .*|The user requested .*)$", re.M
 def main() -> int:
     """Run the program; returns its exit code."""
     parser = argparse.ArgumentParser(
-        prog="corpus.beside", description=(__doc__ or "").split("\n")[0]
+        prog="python -m trials.corpus.beside", description=(__doc__ or "").split("\n")[0]
     )
-    parser.add_argument("requirements", type=Path)
+    parser.add_argument("requirements", type=Path, nargs="?", default=REQUIREMENTS)
     parser.add_argument("--only", help="the name of one package")
     options = parser.parse_args()
     documented, wrong = rows_of(PAGE.read_text()), []

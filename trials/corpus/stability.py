@@ -1,6 +1,6 @@
 """Compare limits of stability by theory with those found by runs, on models of public packages.
 
-    python -m trials.corpus.stability FOLDER [--seed SEED] [--models N]
+    python -m trials.corpus.stability [FOLDER] [--seed SEED] [--models N]
 
 The program takes N distinct models in which no constraint acts at rest, and without muscles and
 limited activations, so that a step is smooth there. It prints a line for each: the two limits for
@@ -13,7 +13,6 @@ import math
 import sys
 import time
 import warnings
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -21,6 +20,7 @@ import numpy as np
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs, quiet
 from magmotor.advice.stability import Limit, Rest, find_rest, stability_limit
 from trials.corpus.advice import started
+from trials.corpus.download import add_folder, folder_of
 from trials.corpus.models import Skipped, digest, opened, packages
 
 LARGEST, SETTLING, MEASURING = 40, 4.0, 30.0
@@ -76,14 +76,14 @@ def agree(limit: Limit) -> bool:
 def main() -> int:
     """Run the program; returns its exit code."""
     parser = argparse.ArgumentParser(
-        prog="corpus.stability", description=(__doc__ or "").splitlines()[0]
+        prog="python -m trials.corpus.stability", description=(__doc__ or "").splitlines()[0]
     )
-    parser.add_argument("folder", type=Path)
+    add_folder(parser)
     parser.add_argument("--seed", type=int, default=0, help="of the order of the models")
     parser.add_argument("--models", type=int, default=50)
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    folder = options.folder.absolute()
+    folder = folder_of(options)
     files = [path for paths in packages(folder).values() for path in paths]
     seen, found = set(), []
     models = 0

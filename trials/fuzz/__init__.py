@@ -1,4 +1,4 @@
-"""Hostile input for every public function, class and method; `make fuzz`.
+"""Hostile input for every public function, class and method; `python -m trials.fuzz`.
 
 Each input must lead to a ValueError of one sentence that names an argument, an error that the
 docstring lists under Raises, or a finite result. An input is the source text of a call, which

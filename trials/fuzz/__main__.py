@@ -1,6 +1,6 @@
-"""`make fuzz`: hostile input to the public interface, and damaged binaries of models.
+"""`python -m trials.fuzz`: hostile input to the public interface, and damaged binaries of models.
 
-ARGS="--inputs 100000 --seed 7", or ARGS="--inputs 0 --binaries 5000".
+Its arguments are, for example, `--inputs 100000 --seed 7`, or `--inputs 0 --binaries 5000`.
 """
 
 import argparse
@@ -62,7 +62,7 @@ def shortened(text: str, length: int) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="make fuzz", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m trials.fuzz", description=__doc__)
     parser.add_argument("--inputs", type=int, default=5000, help="how many (default: 5000)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, metavar="NUMBER", help="only this input")

@@ -27,7 +27,7 @@ class Curve(NamedTuple):
 
 @cache
 def load() -> dict[str, Any]:
-    """Return the measurements of `make charts`: `machine`, `versions`, `durations`, `points`."""
+    """Return the charts' measurements: `machine`, `versions`, `durations`, `points`."""
     return json.loads(resources.files("magmotor.run").joinpath("front.json").read_text("utf-8"))
 
 

@@ -92,7 +92,7 @@ def recommend(
     engine: Engines = "mujoco",
     measure: bool = False,
 ) -> Recommendation:
-    """Return the cheapest method and timestep that reach an error, as measured by `make charts`.
+    """Return the cheapest method and timestep that reach an error, as measured for the charts.
 
     The answer rests on charts, which are a file of this package and were measured once, on one
     machine and with one version of MuJoCo; `Recommendation.basis` names them. Errors hold on any
