@@ -22,9 +22,9 @@ temperature*, and adds figures that test the paper's claims further or answer a 
 Below each figure are the claims of its caption, or of the text around it, with the measurement and
 a verdict. `python scripts/figures.py` makes the whole page, and
 `python scripts/figures.py nonconservative_tilted` one figure. The [errata](errata.md) explain what
-is wrong in the paper, and why. Each figure names the engine that computed it: MuJoCo, or a reference
-integrator, which uses no MuJoCo. If one picture represents two figures of the paper, a claim of only
-one of them begins with its number.
+is wrong in the paper, and why. Each figure names the engine that computed it: MuJoCo, or a
+reference integrator, which uses no MuJoCo. If one picture represents two figures of the paper, a
+claim of only one of them begins with its number.
 
 Claims that begin with *Ours* are not in the paper. Each claim is judged and counted once: where it
 is repeated, a link to the figure that judges it takes the place of the verdict.

@@ -146,10 +146,11 @@ def program_of(words, last):
     """A command as program and arguments; none if it is a verb of make that runs none of ours."""
     if words[0] == "make":
         given = dict(word.split("=", 1) for word in words[1:] if "=" in word)
-        (verb,) = [word for word in words[1:] if "=" not in word]
-        recipe = re.search(rf"^{verb}:.*\n((?:\t.*\n)*)", MAKEFILE, re.MULTILINE)
-        if not recipe:
-            return [f"verb {verb} of the Makefile"]
+        recipe = [""] * 2
+        for verb in (word for word in words[1:] if "=" not in word):
+            recipe = re.search(rf"^{verb}:.*\n((?:\t.*\n)*)", MAKEFILE, re.MULTILINE)
+            if not recipe:
+                return [f"verb {verb} of the Makefile"]
         program = re.search(r"(?:scripts|benchmarks)/\w+\.py|magmotor [a-z]+", recipe[1])
         return [program[0], *shlex.split(given.get("ARGS", ""))] if program else []
     if words[0] == "magmotor":

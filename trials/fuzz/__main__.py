@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterable
 
 from tqdm import tqdm
 
-from . import binaries, calls
-from .calls import Call
-from .judge import Verdict, judge_targets
-from .pool import judged
+from trials.fuzz import binaries, calls
+from trials.fuzz.calls import Call
+from trials.fuzz.judge import Verdict, judge_targets
+from trials.fuzz.pool import judged
 
 FINDINGS = {
     "crash": "crashes",
