@@ -1,6 +1,10 @@
 """What most models do not need is compiled when a model first needs it."""
 
 import itertools
+import os
+import threading
+import time
+import warnings
 
 import mujoco
 import numpy as np
@@ -36,6 +40,9 @@ LATE = {
 
 NUMBERS = itertools.count()
 
+attempts = []
+"""One entry for each time that the function of `unloaded` was compiled."""
+
 
 def started():
     """Return a model of a structure of its own, which has no table yet, and its data."""
@@ -64,8 +71,10 @@ def unloaded(request, monkeypatch):
     assert before
     function._address.value = 0
     raised = []
+    attempts.clear()
 
     def compiled():
+        attempts.append(function)
         if raised:
             raise raised[0]
         return type("Compiled", (), {"address": before})
@@ -99,10 +108,38 @@ def test_ctrl_c_ends_the_compilation_and_then_the_program(unloaded):
     model, data = started()
     with pytest.raises(KeyboardInterrupt), mm.magnetism():
         step_for_long(model, data)
+    assert len(attempts) == 1
     unloaded.clear()
     mujoco.mj_resetData(model, data)
     with mm.magnetism():
         assert torque(model, data) == pytest.approx(0.1, abs=1e-6)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
+def test_a_child_that_is_forked_meanwhile_can_load():
+    """The fork waits until no thread compiles; else the child would wait for a lock for ever."""
+    begun = threading.Event()
+
+    def compile_for_long():
+        with late._lock:
+            begun.set()
+            time.sleep(0.5)
+
+    thread = threading.Thread(target=compile_for_long)
+    thread.start()
+    begun.wait()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of a fork beside threads
+        child = os.fork()
+    if child == 0:
+        in_time = []
+        other = threading.Thread(target=lambda: in_time.append(late._lock.acquire(timeout=5)))
+        other.start()
+        other.join()
+        os._exit(0 if in_time == [True] else 1)
+    _, status = os.waitpid(child, 0)
+    thread.join()
+    assert status == 0
 
 
 @pytest.mark.parametrize("count", [300, 1100])

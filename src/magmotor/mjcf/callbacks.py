@@ -203,7 +203,11 @@ def _callback(checksum: int, offsets: layout.Layout):
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
                 _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
-        elif is_read(table) and (_is_at_start(data, offsets) or not messages.has_acted(table)):
+        elif (
+            acting == 0
+            and is_read(table)
+            and (_is_at_start(data, offsets) or not messages.has_acted(table))
+        ):
             reason, number = why_inert(table, m, offsets, kinds)
             if reason != MEASURED:
                 _notice_once(reason if reason >= 0 else SWITCHED_OFF, number)

@@ -23,11 +23,14 @@ from magmotor.mjcf.late import LateFunction, loading_failed
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
+UNKNOWN = -(1 << 40)
+"""Stands for how many forces act while Ctrl-C is on its way from the compilation of their code."""
+
 _word, _flag = types.int64, types.boolean
 _APPLY = types.int64(_word, _word, _word, _word, _word, _word, _flag, _word)
 
 apply_forces = types.ExternalFunction("magmotor_apply_forces", _APPLY)
-"""Compute all forces except noise, and return how many act.
+"""Compute all forces except noise, and return how many act, or `UNKNOWN`.
 
 The arguments are the addresses of mjModel, mjData and the table of the model; the bits of what
 acts; the addresses of the wrenches (nbody, 6), which overwrite those of the bodies on which any
@@ -96,7 +99,7 @@ def _forward(checksum: int):
             if _all_are_ready():
                 return _all(arguments)
             memory.words(error, 1)[0] = errors.UNLOADED if loading_failed() else -1
-            return 0
+            return UNKNOWN
         return _forces_of_dipoles(arguments)
 
     return forward
