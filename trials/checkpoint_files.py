@@ -1,7 +1,7 @@
 """Checkpoint files, read and written according to the description of their format."""
 
+import hashlib
 import json
-import zlib
 
 import numpy as np
 
@@ -14,10 +14,10 @@ def read(path):
 def parsed(whole):
     """The result of `read` for the content of a file."""
     line, _, content = whole.partition(b"\n")
-    mark, checksum, text = line[:19], line[20:28], line[29:]
-    assert mark == b"magmotor checkpoint"
-    assert int(checksum, 16) == zlib.crc32(text + b"\n")
-    head, arrays = json.loads(text), {}
+    content, checksum = content[:-64], content[-64:].decode()
+    assert checksum == hashlib.sha256(whole[:-64]).hexdigest()
+    head, arrays = json.loads(line), {}
+    assert _line(head) == line + b"\n"
     for name, kind, *shape in head["arrays"]:
         size = np.dtype(kind).itemsize * int(np.prod(shape))
         piece, content = content[:size], content[size:]
@@ -29,9 +29,17 @@ def parsed(whole):
 def write(path, head, arrays, /, **other):
     """A file with valid checksums; the first line describes the arrays, or is changed."""
     content = b"".join(array.tobytes() for array in arrays.values())
-    told = {
-        "arrays": [[name, a.dtype.str, *a.shape] for name, a in arrays.items()],
-        "checksum": zlib.crc32(content),
-    }
-    text = json.dumps(head | told | other).encode() + b"\n"
-    path.write_bytes(b"magmotor checkpoint %08x " % zlib.crc32(text) + text + content)
+    told = {"arrays": [[name, a.dtype.str, *a.shape] for name, a in arrays.items()]}
+    whole = _line(head | told | other) + content
+    path.write_bytes(whole + hashlib.sha256(whole).hexdigest().encode())
+
+
+def _line(head):
+    """The first line: entries in order, without spaces, with the checksum of the others."""
+    others = {name: value for name, value in head.items() if name != "checksum"}
+    own = {**others, "checksum": hashlib.sha256(_text(others)).hexdigest()}
+    return _text(own) + b"\n"
+
+
+def _text(entries):
+    return json.dumps(entries, sort_keys=True, separators=(",", ":")).encode()

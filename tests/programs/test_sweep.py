@@ -13,10 +13,11 @@ from sweep_driver import contents
 
 import magmotor as mm
 from magmotor.common import environment as threads
+from magmotor.common.integrity import canonical
 from magmotor.device import provenance
 from magmotor.sweep import Samples, Sweep
 from magmotor.sweep.axes import full_name, numeric_fields
-from magmotor.sweep.case import canonical, case_of
+from magmotor.sweep.case import case_of
 from magmotor.sweep.definition import sweep_from
 
 DISK: dict[str, Any] = {

@@ -12,8 +12,8 @@ import xarray as xr
 from sweep_driver import contents
 
 import magmotor as mm
+from magmotor.common.integrity import bytes_with_checksum, verified, with_checksum
 from magmotor.sweep import Range, Samples, Sweep, Values
-from magmotor.sweep.checksum import bytes_with_checksum, verified, with_checksum
 from magmotor.sweep.directory import Directory
 
 DISK: dict[str, Any] = {

@@ -1,17 +1,15 @@
 """Checkpoints: everything that a run needs to continue, in one file that is written atomically.
 
-The file is a header line, followed by the bytes of the arrays. The header is a mark, a checksum of
-its remainder, and JSON: the task, the progress, types and shapes of the arrays, and the checksum of
-their bytes. The caller of `load` states which arrays it expects, so that the file's size is known
-before its content is read, and the file cannot choose how it is interpreted.
+The file is a line of JSON with a checksum, the bytes of the arrays, and a checksum of the whole;
+see `magmotor.common.integrity`. The line has the task, the progress, and types and shapes of the
+arrays. The caller of `load` states which arrays it expects, so that the file's size is known before
+its content is read, and the file cannot choose how it is interpreted.
 """
 
-import json
 import os
 import stat
 import time
 import warnings
-import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,10 +19,9 @@ from numpy.typing import NDArray
 
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import whole_file
+from magmotor.common.integrity import LENGTH, checksum_of, verified, with_checksum
 
 SECONDS_BETWEEN = 30.0
-
-MARK = b"magmotor checkpoint"
 
 LONGEST_LINE = 2**24
 """Largest length of the header in bytes; a typical one has 2000."""
@@ -129,14 +126,12 @@ class Checkpoint:
 
     def _read(self, file: Any) -> tuple[int, dict[str, NDArray]]:
         line = file.readline(LONGEST_LINE)
-        text = line[len(_mark(b"")) :]
         try:
-            header = json.loads(text) if line == _mark(text) + text else {}
-            task, done = dict(header["task"]), header["done"]
-            layout, checksum = header["arrays"], header["checksum"]
-        except (ValueError, TypeError, KeyError, RecursionError):
+            header = verified(line)
+            task, done, layout = dict(header["task"]), header["done"], header["arrays"]
+        except (ValueError, TypeError, KeyError):
             raise self._reject("the file is not a checkpoint") from None
-        for name in {**task, **self.task}:
+        for name in {**self.task, **task}:
             if task.get(name, ...) != self.task.get(name, ...):
                 there, here = (
                     repr(known[name]) if name in known else "missing" for known in (task, self.task)
@@ -151,10 +146,10 @@ class Checkpoint:
         if layout != wanted:
             raise self._reject(f"must have the arrays {wanted}, and has {layout!r:.1000}")
         sizes = [array.like.nbytes for array in expected.values()]
-        if os.fstat(file.fileno()).st_size != len(line) + sum(sizes):
+        if os.fstat(file.fileno()).st_size != len(line) + sum(sizes) + LENGTH:
             raise self._reject("the checkpoint is damaged: it is too short or too long")
-        content = np.fromfile(file, np.uint8)
-        if zlib.crc32(content.data) != checksum:
+        content = np.fromfile(file, np.uint8, sum(sizes))
+        if file.read(LENGTH) != checksum_of(line, content.data):
             raise self._reject("the checkpoint is damaged: its checksum does not match")
         pieces = np.split(content, np.cumsum(sizes)[:-1])
         return done, {
@@ -179,19 +174,10 @@ def save(path: Path, task: dict[str, Any], done: int, arrays: Arrays) -> None:
     OSError
         The file cannot be written; the previous one is kept.
     """
-    checksum = 0
-    for array in arrays.values():
-        checksum = zlib.crc32(_bytes(array), checksum)
-    header = {"task": task, "done": done, "arrays": _layout(arrays), "checksum": checksum}
-    text = json.dumps(header).encode() + b"\n"
+    line = with_checksum({"task": task, "done": done, "arrays": _layout(arrays)})
+    pieces = [line, *map(_bytes, arrays.values())]
     with whole_file(path) as part, part.open("wb") as file:
-        file.write(_mark(text) + text)
-        for array in arrays.values():
-            file.write(_bytes(array))
-
-
-def _mark(text: bytes) -> bytes:
-    return MARK + b" %08x " % zlib.crc32(text)
+        file.writelines([*pieces, checksum_of(*pieces)])
 
 
 def _bytes(array: NDArray) -> memoryview:

@@ -1,7 +1,6 @@
 """A case of a sweep: one run with its full specification, whose hash is its key."""
 
 import hashlib
-import json
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from magmotor.common.checks import check_integer
 from magmotor.common.exceptions import ArgumentError
+from magmotor.common.integrity import canonical
 from magmotor.noise import check_seed
 from magmotor.sweep.axes import listed
 
@@ -27,11 +27,6 @@ class Case(NamedTuple):
 def case_of(spec: dict[str, Any]) -> Case:
     """Return the case with a specification."""
     return Case(hashlib.sha256(canonical(spec)).hexdigest()[:32], spec)
-
-
-def canonical(spec: Any) -> bytes:
-    """Encode as canonical JSON, in which equal objects have equal bytes."""
-    return json.dumps(spec, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
 def checked_seeds(seeds: Any) -> tuple[int, ...]:

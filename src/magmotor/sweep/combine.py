@@ -11,9 +11,9 @@ import xarray as xr
 from magmotor.common.arguments import check_flag
 from magmotor.common.environment import physical_memory
 from magmotor.common.exceptions import InputError
+from magmotor.common.integrity import Damaged, naming_damage
 from magmotor.sweep.axes import numeric_fields
 from magmotor.sweep.case import Case
-from magmotor.sweep.checksum import Damaged, naming_damage
 from magmotor.sweep.compute import decoded, recorded
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.directory import Directory, open_directory

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.exceptions import ArgumentError, InputError, MagmotorError
+from magmotor.common.integrity import Damaged, bytes_with_checksum, with_checksum
 from magmotor.common.interrupts import uninterrupted
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.provenance import scene_from
@@ -20,7 +21,6 @@ from magmotor.device.stops import SimulationStopped
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.run.simulate import simulate
 from magmotor.sweep.case import Case
-from magmotor.sweep.checksum import Damaged, bytes_with_checksum, with_checksum
 from magmotor.sweep.measures import TRAJECTORY, is_own, measure_of
 
 ARGUMENTS = ("method", "timestep", "duration", "record_interval", "replicas", "seed")

@@ -22,14 +22,15 @@ from typing import Any
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import is_dead, this_driver, write_whole
 from magmotor.common.hints import check_path
-from magmotor.sweep.case import Case, canonical
-from magmotor.sweep.checksum import (
+from magmotor.common.integrity import (
     Damaged,
+    canonical,
     naming_damage,
     verified,
     verified_bytes,
     with_checksum,
 )
+from magmotor.sweep.case import Case
 from magmotor.sweep.compute import Outcome
 from magmotor.sweep.definition import Sweep, sweep_from
 from magmotor.sweep.measures import TRAJECTORY

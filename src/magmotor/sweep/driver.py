@@ -18,10 +18,10 @@ from magmotor.common.arguments import check_flag
 from magmotor.common.checks import check_integer, check_type
 from magmotor.common.exceptions import ArgumentError, MagmotorError
 from magmotor.common.hints import check_path
+from magmotor.common.integrity import Damaged
 from magmotor.common.interrupts import deferred
 from magmotor.common.optional import extra
 from magmotor.sweep.case import Case
-from magmotor.sweep.checksum import Damaged
 from magmotor.sweep.compute import OtherVersions, Outcome, compute
 from magmotor.sweep.dask_cluster import Cluster
 from magmotor.sweep.definition import Sweep

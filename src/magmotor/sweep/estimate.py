@@ -14,10 +14,10 @@ import numpy as np
 from magmotor.common.arguments import checked
 from magmotor.common.exceptions import InputError
 from magmotor.common.hints import Count, integer
+from magmotor.common.integrity import with_checksum
 from magmotor.device.provenance import scene_from
 from magmotor.device.stops import SimulationStopped
 from magmotor.run.simulate import check_memory, simulate
-from magmotor.sweep.checksum import with_checksum
 from magmotor.sweep.compute import ARGUMENTS
 from magmotor.sweep.definition import Sweep
 from magmotor.sweep.measures import TRAJECTORY

@@ -13,13 +13,13 @@ from magmotor import sweep
 from magmotor.common.checks import check_integer, check_number, check_type
 from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.files import parsed_attributes
+from magmotor.common.integrity import parsed
 from magmotor.device.device import Scene
 from magmotor.device.provenance import scene_of
 from magmotor.device.stops import SimulationStopped
 from magmotor.noise import LARGEST_STEP, path_of
 from magmotor.run.ensemble import NOT_KEPT, ensemble
 from magmotor.run.simulate import simulate
-from magmotor.sweep.checksum import parsed
 from magmotor.sweep.definition import checked_names
 
 RUN = ("method", "timestep", "duration", "record_interval", "seed")

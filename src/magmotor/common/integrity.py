@@ -1,4 +1,7 @@
-"""Files that reveal damage: JSON with a checksum among its entries, and bytes that end in one."""
+"""Files that reveal damage, of checkpoints and sweeps.
+
+They are JSON with a checksum among its entries, or bytes that end in a checksum, or both.
+"""
 
 import hashlib
 import json
@@ -8,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from magmotor.common.exceptions import InputError
-from magmotor.sweep.case import canonical
 
 SUM = "checksum"
 LENGTH = 64
@@ -16,7 +18,7 @@ LENGTH = 64
 
 
 class Damaged(InputError):
-    """A file of a sweep does not contain what was written to it."""
+    """A file does not contain what was written to it."""
 
 
 @contextmanager
@@ -26,6 +28,11 @@ def naming_damage(file: Path) -> Iterator[None]:
         yield
     except Damaged as damage:
         raise Damaged(f"{file} is damaged: {damage}") from None
+
+
+def canonical(spec: Any) -> bytes:
+    """Encode as canonical JSON, in which equal objects have equal bytes."""
+    return json.dumps(spec, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
 def parsed(content: str | bytes) -> Any:
@@ -61,7 +68,7 @@ def verified(content: bytes) -> dict[str, Any]:
 
 def bytes_with_checksum(content: bytes, key: str) -> bytes:
     """Append a checksum of content and key, which netCDF ignores at the end of a file."""
-    return content + _checksum(content, key)
+    return content + checksum_of(key.encode(), content)
 
 
 def verified_bytes(content: bytes, key: str) -> bytes:
@@ -73,12 +80,14 @@ def verified_bytes(content: bytes, key: str) -> bytes:
         Any byte or the key differs.
     """
     content, checksum = content[:-LENGTH], content[-LENGTH:]
-    if checksum != _checksum(content, key):
+    if checksum != checksum_of(key.encode(), content):
         raise Damaged("its checksum differs")
     return content
 
 
-def _checksum(content: bytes, key: str) -> bytes:
-    digest = hashlib.sha256(key.encode())
-    digest.update(content)
+def checksum_of(*pieces: bytes | memoryview) -> bytes:
+    """Return the checksum of pieces of a file, `LENGTH` characters."""
+    digest = hashlib.sha256()
+    for piece in pieces:
+        digest.update(piece)
     return digest.hexdigest().encode()
