@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh_tridiagonal
 
-from magmotor.devices.disk.ensemble.statistics import HYSTERESIS
+from magmotor.devices.disk.ensemble.accumulators import HYSTERESIS
 from magmotor.devices.disk.scene import Disk
 from magmotor.theory import d_diffusion, gibbs_mean_squares, temperature
 

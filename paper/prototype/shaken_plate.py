@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from magmotor.common import style
-from magmotor.devices.motor.drives import plate_shaking
 from magmotor.devices.motor.modes import mode_temperatures
 from magmotor.devices.motor.scene import Motor
+from magmotor.devices.motor.shaking import plate_shaking
 from magmotor.devices.motor.theory import motor_wells, small_motion
 from magmotor.noise import BrownianPath
 from magmotor.run.simulate import simulate

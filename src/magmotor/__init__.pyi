@@ -57,7 +57,7 @@ from .run.scene_file import read_scene as read_scene
 from .run.scene_file import write_scene as write_scene
 from .run.simulate import methods as methods
 from .run.simulate import simulate as simulate
-from .run.table import to_table as to_table
+from .run.to_table import to_table as to_table
 from .sweep.rerun import rerun as rerun
 
 __version__: str

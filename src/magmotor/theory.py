@@ -3,7 +3,7 @@
 from magmotor.device.step_limits import small_motion
 from magmotor.devices.ball.resting import resting_ball
 from magmotor.devices.ball.slip import eddy_drag
-from magmotor.devices.disk.theory.coefficients import (
+from magmotor.devices.disk.theory.closed_forms import (
     ballistic_coefficient,
     flat_x_diffusion,
     heat_rate,
@@ -35,7 +35,7 @@ from magmotor.devices.disk.theory.timesteps import (
     largest_timestep,
     potential_step_limit,
 )
-from magmotor.devices.motor.drives import axis_magnet, damper_shaking, plate_shaking
+from magmotor.devices.motor.shaking import axis_magnet, damper_shaking, plate_shaking
 from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_rate, slip_mobility
 from magmotor.devices.motor.tolerances import motor_tolerances
 from magmotor.devices.top.theory import (

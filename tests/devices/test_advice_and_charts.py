@@ -17,8 +17,8 @@ import magmotor as mm
 from benchmarks.accuracy import paths, top
 from benchmarks.advice import topic
 from magmotor.advice.measure import Measurement
+from magmotor.advice.measured_quantities import read_quantity
 from magmotor.advice.paths import STATE, Runs
-from magmotor.advice.quantities import read_quantity
 from magmotor.run import chart_data
 from magmotor.sweep import Sweep, run
 

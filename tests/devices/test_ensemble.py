@@ -11,8 +11,8 @@ import magmotor as mm
 from magmotor import theory
 from magmotor.common import files as whole_files
 from magmotor.device import checkpoint as checkpoints
+from magmotor.devices.disk.ensemble import accumulators
 from magmotor.devices.disk.ensemble import run as ensembles
-from magmotor.devices.disk.ensemble import statistics
 from magmotor.devices.disk.ensemble.result import _jackknife
 
 WARM = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
@@ -123,10 +123,10 @@ def test_errors_of_the_correlations_with_a_small_last_group():
 
 def test_densities_are_histograms(trajectories, whole):
     x, v = trajectories.x.values % (2 * np.pi), trajectories.v.values
-    bins = np.linspace(0, 2 * np.pi, statistics.BINS + 1)
+    bins = np.linspace(0, 2 * np.pi, accumulators.BINS + 1)
     expected = np.histogram(x, bins, density=True)[0]
     assert np.abs(whole.density_x - expected).max() < 1e-15  # 6e-17
-    bins = np.linspace(-6, 6, statistics.BINS + 1) * np.sqrt(theory.temperature(WARM))
+    bins = np.linspace(-6, 6, accumulators.BINS + 1) * np.sqrt(theory.temperature(WARM))
     expected = np.histogram(v, bins, density=True)[0]
     np.testing.assert_allclose(whole.density_v, expected, rtol=0, atol=1e-15)  # 6e-17
     for name in ("x", "v", "omega"):
@@ -154,7 +154,7 @@ def test_flights_equal_those_of_the_trajectories(trajectories, burn_in):
                 sign = now
         if since is not None and since < len(row) - 1:
             unfinished.append(len(row) - 1 - since)
-    edges = np.append(statistics.flight_bin_edges(), np.inf)[: whole.sizes["flight_duration"] + 1]
+    edges = np.append(accumulators.flight_bin_edges(), np.inf)[: whole.sizes["flight_duration"] + 1]
     assert len(finished) > 500
     for durations, found in ((finished, whole.flights), (unfinished, whole.unfinished_flights)):
         # Durations are integers; one at an edge, a power of 2, belongs to the bin above.

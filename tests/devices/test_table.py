@@ -12,7 +12,7 @@ from brief_runs import BRIEF
 
 import magmotor as mm
 from magmotor.common.optional import MissingExtra
-from magmotor.run.table import write_table
+from magmotor.run.to_table import write_table
 
 CHAIN = mujoco.MjModel.from_xml_string(
     "<mujoco><worldbody><body><joint type='hinge' axis='0 1 0' damping='0.1'/>"

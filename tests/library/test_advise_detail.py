@@ -14,8 +14,8 @@ from magmotor.advice import detail, features
 from magmotor.advice.detail import Detail, measure_detail
 from magmotor.advice.features import Feature, Seen
 from magmotor.advice.measure import Measurement
+from magmotor.advice.measured_quantities import read_quantity
 from magmotor.advice.paths import Runs
-from magmotor.advice.quantities import read_quantity
 from magmotor.advice.report import table
 from magmotor.mjcf.lookup import disabled
 from trials.corpus.models import digest

@@ -10,11 +10,11 @@ from advised_models import AMPLITUDE, OSCILLATOR, PENDULUM, Clock, started
 
 import magmotor as mm
 from magmotor.advice import survey
-from magmotor.advice.errors import Samples, reference
 from magmotor.advice.measure import Measurement
+from magmotor.advice.measured_quantities import Quantity, read_quantity
+from magmotor.advice.path_errors import Samples, reference
 from magmotor.advice.paths import INTEGRATORS, Runs
 from magmotor.advice.points import Point, time_in_turns
-from magmotor.advice.quantities import Quantity, read_quantity
 
 
 @pytest.fixture(autouse=True)

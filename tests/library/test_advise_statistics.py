@@ -11,7 +11,14 @@ from advised_models import OSCILLATOR, PENDULUM, TRAP, Clock, started
 import magmotor as mm
 from magmotor.advice.advice import Advice
 from magmotor.advice.paths import Runs
-from magmotor.advice.statistics import Ensemble, Statistic, certain, cheapest, errors, unproven
+from magmotor.advice.statistics_errors import (
+    Ensemble,
+    Statistic,
+    certain,
+    cheapest,
+    errors,
+    unproven,
+)
 from magmotor.advice.thermal import Thermal
 
 BATH = OSCILLATOR.replace('stiffness="100"', 'stiffness="20" damping="1"')

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf.checking.applied_fields import applied_field
+from magmotor.mjcf.checking.field_strengths import applied_field
 from magmotor.mjcf.checking.frequencies import frequencies
 
 OWN_FIELD = """

@@ -15,8 +15,8 @@ from magmotor.devices.ball.coordinates import BallCoordinates
 from magmotor.devices.top.states import start
 from magmotor.render import camera as camera_module
 from magmotor.render.camera import NoOpenGL
+from magmotor.render.curves import Panel
 from magmotor.render.frames import Frames
-from magmotor.render.panel import Panel
 from magmotor.render.region import Region
 from magmotor.render.trail import Trail
 from magmotor.render.views import Views

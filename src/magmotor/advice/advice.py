@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from magmotor.advice.detail import Detail
-from magmotor.advice.errors import Order
+from magmotor.advice.path_errors import Order
 from magmotor.advice.points import Point
 from magmotor.advice.stability import Limit
-from magmotor.advice.statistics import Certain, Statistic
+from magmotor.advice.statistics_errors import Certain, Statistic
 from magmotor.common import style
 from magmotor.common.arguments import checked
 from magmotor.common.exceptions import ArgumentError

@@ -12,10 +12,10 @@ from tqdm import tqdm
 from magmotor.advice.advice import Advice
 from magmotor.advice.choice import Choice
 from magmotor.advice.measure import Measurement
+from magmotor.advice.measured_quantities import POSITIONS, Function, read_quantity
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
-from magmotor.advice.quantities import POSITIONS, Function, read_quantity
 from magmotor.advice.report import percent
-from magmotor.advice.statistics import cheapest
+from magmotor.advice.statistics_errors import cheapest
 from magmotor.advice.survey import Survey
 from magmotor.advice.thermal import Thermal
 from magmotor.common import style

@@ -5,8 +5,8 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from magmotor.advice.advice import Advice
-from magmotor.advice.errors import Samples
 from magmotor.advice.measure import TRUSTED, Measurement
+from magmotor.advice.path_errors import Samples
 from magmotor.advice.paths import INTEGRATORS, OutOfTime
 from magmotor.advice.points import MARGIN, Point
 from magmotor.advice.report import percent

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from magmotor.advice.errors import Samples
 from magmotor.advice.features import Feature, Numbers, Seen, dipoles, features, switch_off, weakest
+from magmotor.advice.measured_quantities import Quantity, relative
+from magmotor.advice.path_errors import Samples
 from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
-from magmotor.advice.quantities import Quantity, relative
 from magmotor.common.arrays import Array
 
 RECORDS = 512

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from magmotor.advice.errors import Reference, Samples, reference
+from magmotor.advice.measured_quantities import KINETIC, Quantity, motion, over, relative
+from magmotor.advice.path_errors import Reference, Samples, reference
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Path, Runs
 from magmotor.advice.points import Point
-from magmotor.advice.quantities import KINETIC, Quantity, motion, over, relative
-from magmotor.advice.statistics import REPLICAS, Ensemble
+from magmotor.advice.statistics_errors import REPLICAS, Ensemble
 from magmotor.common.arrays import Array
 
 RECORDS = 2048

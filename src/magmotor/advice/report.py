@@ -8,7 +8,7 @@ from magmotor.advice.detail import Detail
 from magmotor.advice.measure import USELESS
 from magmotor.advice.points import MARGIN, Point
 from magmotor.advice.stability import Limit
-from magmotor.advice.statistics import REPLICAS, Statistic, certain
+from magmotor.advice.statistics_errors import REPLICAS, Statistic, certain
 from magmotor.mjcf.idle import listed
 
 if TYPE_CHECKING:

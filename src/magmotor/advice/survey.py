@@ -11,14 +11,14 @@ import numpy as np
 from magmotor.advice.advice import Advice
 from magmotor.advice.choice import Choice
 from magmotor.advice.detail import measure_detail
-from magmotor.advice.errors import Reference, observed_order
 from magmotor.advice.measure import COARSE, JUDGES, TRUSTED, Measurement
+from magmotor.advice.measured_quantities import REST, over
+from magmotor.advice.path_errors import Reference, observed_order
 from magmotor.advice.paths import INTEGRATORS, OutOfTime
 from magmotor.advice.points import MARGIN, Point, front, time_in_turns
-from magmotor.advice.quantities import REST, over
 from magmotor.advice.report import percent
 from magmotor.advice.stability import find_rest, stability_limit
-from magmotor.advice.statistics import errors
+from magmotor.advice.statistics_errors import errors
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.idle import listed

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 
 from magmotor.advice.advice import Advice
+from magmotor.advice.measured_quantities import KINETIC, Quantity
 from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
-from magmotor.advice.quantities import KINETIC, Quantity
-from magmotor.advice.statistics import FINE, REPLICAS, Ensemble, errors
+from magmotor.advice.statistics_errors import FINE, REPLICAS, Ensemble, errors
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.langevin import Langevin, LangevinDiverged

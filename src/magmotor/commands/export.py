@@ -86,7 +86,7 @@ def main() -> None:
 
 
 def export_dataset(options: RunOptions) -> None:
-    from magmotor.run.table import TABLE_FILES, check_table_file, to_table, write_table
+    from magmotor.run.to_table import TABLE_FILES, check_table_file, to_table, write_table
 
     is_table = options.path.suffix.lower() not in SCENE_FILES
     if options.path.suffix.lower() not in (*TABLE_FILES, *SCENE_FILES):

@@ -40,7 +40,7 @@ from magmotor.common.checks import check_number
 from magmotor.common.interrupts import deferred
 from magmotor.common.optional import require
 from magmotor.live import LiveSimulation, Loop, WebView, live_scene
-from magmotor.live.camera import free_camera, traveler
+from magmotor.live.viewpoint import free_camera, traveler
 from magmotor.live.web import HOST, PORT
 
 HELP = """\

@@ -22,10 +22,10 @@ from magmotor.common import style
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.optional import extra
-from magmotor.live.camera import eye, free_camera, traveler
 from magmotor.live.gate import Gate, is_number
 from magmotor.live.loop import ARROWS, Loop
 from magmotor.live.painted import painted_spheres
+from magmotor.live.viewpoint import eye, free_camera, traveler
 from magmotor.mjcf.arrows import MOMENT
 from magmotor.mjcf.declared import name_of
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.declarations.constants import NAME, scale_of
 from magmotor.mjcf.declarations.iron import BOX, SPHERE
+from magmotor.mjcf.declarations.model_numbers import NAME, scale_of
 from magmotor.mjcf.declared import coil_of_sites, header
-from magmotor.mjcf.forces.iron import ellipsoid
+from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.lookup import label
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 

@@ -14,7 +14,7 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.device.analysis import checked_run
 from magmotor.device.device import Scene
 from magmotor.device.movie import MovieContent
-from magmotor.render.panel import Panel
+from magmotor.render.curves import Panel
 from magmotor.render.sketch import Sketch
 from magmotor.render.trail import Trail
 from magmotor.render.views import Views

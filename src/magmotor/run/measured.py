@@ -6,8 +6,8 @@ from typing import NamedTuple
 import mujoco
 
 from magmotor.advice.advise import survey
+from magmotor.advice.measured_quantities import POSITIONS
 from magmotor.advice.paths import INTEGRATORS
-from magmotor.advice.quantities import POSITIONS
 from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.mjcf.callbacks import acting_forces

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 
-from magmotor.advice.quantities import POSITIONS
+from magmotor.advice.measured_quantities import POSITIONS
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
 from magmotor.common.exceptions import ArgumentError

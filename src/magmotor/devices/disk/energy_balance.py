@@ -10,7 +10,7 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.device.analysis import OWN, analysis, checked_run
 from magmotor.device.observable import labeled
 from magmotor.devices.disk.scene import Disk, LangevinParticle, derivative
-from magmotor.devices.disk.theory.coefficients import injection_rate
+from magmotor.devices.disk.theory.closed_forms import injection_rate
 from magmotor.noise import path_of
 from magmotor.numerics.splittings import (
     KICKS,

@@ -12,8 +12,8 @@ from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.declarations.iron import PLANE
 from magmotor.mjcf.declarations.marks import FIELDS
-from magmotor.mjcf.forces.iron import ellipsoid
-from magmotor.mjcf.langevin.contacts import are_excluded
+from magmotor.mjcf.forces.iron_pieces import ellipsoid
+from magmotor.mjcf.langevin.supported_contacts import are_excluded
 
 WEAK = 1.0
 """Susceptibility below which pieces of iron that touch hardly magnetize each other."""

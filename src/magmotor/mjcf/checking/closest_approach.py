@@ -21,8 +21,8 @@ from magmotor.mjcf.checking.geoms import (
     rows_of_magnets,
     touching_geoms,
 )
-from magmotor.mjcf.checking.groups import groups_of_pairs
-from magmotor.mjcf.checking.limits import SoftLimit, softest_limit
+from magmotor.mjcf.checking.groups_of_pairs import groups_of_pairs
+from magmotor.mjcf.checking.joint_limits import SoftLimit, softest_limit
 from magmotor.mjcf.checking.rails import repel_on_rail
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
 from magmotor.mjcf.checking.side import Side
@@ -37,7 +37,7 @@ from magmotor.mjcf.checking.touch import (
 )
 from magmotor.mjcf.declarations.iron import PLANE, SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron import ellipsoid
+from magmotor.mjcf.forces.iron_pieces import ellipsoid
 
 
 class Meeting(NamedTuple):

@@ -13,7 +13,7 @@ from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.applied_fields import applied_field
+from magmotor.mjcf.checking.field_strengths import applied_field
 from magmotor.mjcf.checking.strengths import (
     FOLLOWING,
     Magnet,

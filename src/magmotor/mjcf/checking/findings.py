@@ -6,11 +6,11 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from magmotor.mjcf.checking.applied_fields import unbounded_drives
 from magmotor.mjcf.checking.closest_approach import meetings
 from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.failure import Failure
+from magmotor.mjcf.checking.field_strengths import unbounded_drives
 from magmotor.mjcf.checking.frequencies import frequencies
 from magmotor.mjcf.checking.iron_findings import long_pieces, rows_of_iron
 from magmotor.mjcf.checking.motion_findings import (

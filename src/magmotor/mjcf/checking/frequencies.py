@@ -17,8 +17,8 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.applied_fields import applied_field, variation
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.field_strengths import applied_field, variation
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.declarations.marks import POTENTIALS
 from magmotor.mjcf.declarations.user_numbers import HINGE, SLIDE

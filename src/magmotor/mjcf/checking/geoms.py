@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.declarations.iron import PLANE
-from magmotor.mjcf.langevin.contacts import colliding_geoms
+from magmotor.mjcf.langevin.supported_contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
 
 

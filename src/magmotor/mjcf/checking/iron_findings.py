@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from magmotor.mjcf import declared
-from magmotor.mjcf.checking.applied_fields import bent_fields
 from magmotor.mjcf.checking.close_iron import WEAK
 from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.failure import Failure
+from magmotor.mjcf.checking.field_strengths import bent_fields
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.lookup import label
 

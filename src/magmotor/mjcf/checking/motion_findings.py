@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from magmotor.mjcf.checking.applied_fields import unbounded_drives
 from magmotor.mjcf.checking.closest_approach import Meeting
 from magmotor.mjcf.checking.contact_rule import SLACK
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
+from magmotor.mjcf.checking.field_strengths import unbounded_drives
 from magmotor.mjcf.checking.frequencies import frequency_at_touch, unstable_joints
 from magmotor.mjcf.checking.gyroscopic import unkept_spin
 from magmotor.mjcf.checking.pair_findings import (

@@ -21,7 +21,7 @@ from magmotor.mjcf.checking.contact_rule import (
 )
 from magmotor.mjcf.checking.failure import ABSURD, Failure, rounded_down
 from magmotor.mjcf.checking.impact import deepest_impact
-from magmotor.mjcf.checking.limits import SoftLimit
+from magmotor.mjcf.checking.joint_limits import SoftLimit
 from magmotor.mjcf.checking.reach import equality_is_between
 from magmotor.mjcf.checking.swept import turns_left_out
 from magmotor.mjcf.lookup import label

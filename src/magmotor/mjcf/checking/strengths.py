@@ -18,7 +18,7 @@ from magmotor.mjcf.declarations import table as of_table
 from magmotor.mjcf.declarations.iron import PLANE
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON
 from magmotor.mjcf.declared import coil_of_sites, rows
-from magmotor.mjcf.forces.iron import ellipsoid
+from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors

@@ -7,13 +7,13 @@ from numba import types
 
 from magmotor.mjcf import errors, layout, memory
 from magmotor.mjcf.declarations.coils import check_coils, read_coils
-from magmotor.mjcf.declarations.constants import check_constant, check_tolerance, read_constants
 from magmotor.mjcf.declarations.couplings import check_couplings, read_couplings
 from magmotor.mjcf.declarations.fields import check_fields, read_fields
 from magmotor.mjcf.declarations.iron import check_iron, read_iron
 from magmotor.mjcf.declarations.magnetometers import read_magnetometers
 from magmotor.mjcf.declarations.magnets import read_magnets
 from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
+from magmotor.mjcf.declarations.model_numbers import check_constant, check_tolerance, read_constants
 from magmotor.mjcf.late import LateFunction
 from magmotor.numerics.numba_cache import compiled_once
 

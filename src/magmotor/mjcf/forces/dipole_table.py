@@ -12,10 +12,10 @@ from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.table import magnets as magnets_of
 from magmotor.mjcf.declarations.table import sites as sites_of
-from magmotor.mjcf.forces.iron import BODY as BODY_OF_PIECE
-from magmotor.mjcf.forces.iron import MOVES as MOVES_OF_PIECE
-from magmotor.mjcf.forces.iron import PIECE
-from magmotor.mjcf.forces.iron import WELD as WELD_OF_PIECE
+from magmotor.mjcf.forces.iron_pieces import BODY as BODY_OF_PIECE
+from magmotor.mjcf.forces.iron_pieces import MOVES as MOVES_OF_PIECE
+from magmotor.mjcf.forces.iron_pieces import PIECE
+from magmotor.mjcf.forces.iron_pieces import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.numerics.simd import COUNT
 from magmotor.numerics.subroutine import subroutine

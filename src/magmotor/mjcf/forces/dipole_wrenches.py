@@ -24,7 +24,7 @@ from magmotor.mjcf.forces.clusters import (
     sum_by_clusters,
     worthwhile_work,
 )
-from magmotor.mjcf.forces.couplings import coupling_factor
+from magmotor.mjcf.forces.coupling_factors import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
     FIRST,

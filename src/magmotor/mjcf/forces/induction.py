@@ -16,7 +16,7 @@ import math
 
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf.forces.dipole_table import NOBODY
-from magmotor.mjcf.forces.iron import (
+from magmotor.mjcf.forces.iron_pieces import (
     ENERGY,
     FACTORS,
     OUTER,

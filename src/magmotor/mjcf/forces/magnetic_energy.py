@@ -7,7 +7,7 @@ import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
 from magmotor.mjcf.forces.applied_fields import acts_on, field_and_gradient
-from magmotor.mjcf.forces.couplings import coupling_factor
+from magmotor.mjcf.forces.coupling_factors import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
     FIRST,

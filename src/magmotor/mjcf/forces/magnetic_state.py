@@ -10,14 +10,14 @@ import mujoco
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.declarations import table as declared
-from magmotor.mjcf.declarations.constants import moment_scale
 from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
+from magmotor.mjcf.declarations.model_numbers import moment_scale
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.errors import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
 from magmotor.mjcf.forces import applied_fields as applied
 from magmotor.mjcf.forces.applied_fields import NAME, acts_on, field_and_gradient, read_fields
 from magmotor.mjcf.forces.clusters import cluster_bytes
-from magmotor.mjcf.forces.couplings import read_couplings
+from magmotor.mjcf.forces.coupling_factors import read_couplings
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
     ELEMENT,
@@ -35,7 +35,7 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
-from magmotor.mjcf.forces.iron import COLUMNS, OUTER, read_mirror, read_pieces
+from magmotor.mjcf.forces.iron_pieces import COLUMNS, OUTER, read_mirror, read_pieces
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
 from magmotor.numerics.numba_cache import compiled_once

@@ -7,13 +7,13 @@ import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
-from magmotor.mjcf.declarations.constants import tolerance_of
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import UNIFORM
+from magmotor.mjcf.declarations.model_numbers import tolerance_of
 from magmotor.mjcf.errors import COINCIDENCE, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import NAME, OWNER, acts_on, field_and_gradient
-from magmotor.mjcf.forces.couplings import coupling_factor
+from magmotor.mjcf.forces.coupling_factors import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
     ELEMENT,

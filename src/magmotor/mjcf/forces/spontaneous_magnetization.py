@@ -29,7 +29,7 @@ from magmotor.mjcf.forces.induction import (
     UNSTABLE,
     update_moment,
 )
-from magmotor.mjcf.forces.iron import FACTORS, SUSCEPTIBILITY, VOLUME
+from magmotor.mjcf.forces.iron_pieces import FACTORS, SUSCEPTIBILITY, VOLUME
 from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.simd import (

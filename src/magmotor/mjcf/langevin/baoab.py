@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 
 from magmotor.mjcf import hooks
-from magmotor.mjcf.langevin.coefficients import step_coefficients
 from magmotor.mjcf.langevin.compiled_loop import compiled
 from magmotor.mjcf.langevin.model import langevin_model
+from magmotor.mjcf.langevin.step_coefficients import step_coefficients
 from magmotor.mjcf.langevin.thermostat import Steps, Taken, Thermostat
 from magmotor.mjcf.overwritten import note_wrenches
 from magmotor.numerics.compilation_notice import compile_here

@@ -18,7 +18,7 @@ from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.errors import WORDS
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import chosen, step_number
-from magmotor.mjcf.langevin.coefficients import (
+from magmotor.mjcf.langevin.step_coefficients import (
     BODY,
     CHANNEL,
     DOF,

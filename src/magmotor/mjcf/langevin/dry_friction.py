@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from magmotor.mjcf.langevin.contacts import possible_contacts
+from magmotor.mjcf.langevin.supported_contacts import possible_contacts
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
 

@@ -27,6 +27,7 @@ from magmotor.mjcf.langevin.baths import (
     read_kT,
 )
 from magmotor.mjcf.langevin.friction import model_friction
+from magmotor.mjcf.langevin.linear_limit import largest_timestep
 from magmotor.mjcf.langevin.loose_motion import loose_motions
 from magmotor.mjcf.langevin.own_model import (
     check_damped,
@@ -42,7 +43,6 @@ from magmotor.mjcf.langevin.refusals import refusal_with_remedies
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
-from magmotor.mjcf.langevin.stability import largest_timestep
 from magmotor.mjcf.langevin.supported import check_all_numbers, check_tree
 from magmotor.mjcf.langevin.thermostat import (
     BY_TIME,

@@ -18,7 +18,7 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import numbers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import NOISE
-from magmotor.mjcf.langevin.checks import ROUNDING, check_model, check_viscous
+from magmotor.mjcf.langevin.baoab_requirements import ROUNDING, check_model, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts
 from magmotor.numerics.reproducible import product

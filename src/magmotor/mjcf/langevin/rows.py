@@ -15,7 +15,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_integer, check_number, check_type
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.checks import check_numbers
+from magmotor.mjcf.langevin.baoab_requirements import check_numbers
 from magmotor.mjcf.langevin.dry_friction import dry_contacts, dry_joints
 from magmotor.mjcf.langevin.friction import (
     Friction,

@@ -8,8 +8,8 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.langevin.own_model import SMALLEST_INERTIA
+from magmotor.mjcf.langevin.supported_contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, label
 
 FASTEST_CONSTRAINT = 0.5

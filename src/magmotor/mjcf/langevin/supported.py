@@ -10,8 +10,7 @@ import numpy as np
 
 from magmotor.common.checks import check_array
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.checks import check_extensions, check_numbers, check_zero
-from magmotor.mjcf.langevin.contacts import possible_contacts
+from magmotor.mjcf.langevin.baoab_requirements import check_extensions, check_numbers, check_zero
 from magmotor.mjcf.langevin.friction import (
     AFFINE,
     ON_JOINTS,
@@ -19,6 +18,7 @@ from magmotor.mjcf.langevin.friction import (
     WITHOUT_ACTUATION,
     acting_actuators,
 )
+from magmotor.mjcf.langevin.supported_contacts import possible_contacts
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
 

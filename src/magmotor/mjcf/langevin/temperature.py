@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.langevin.contacts import colliding_geoms
 from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
 from magmotor.mjcf.langevin.model import langevin_model
+from magmotor.mjcf.langevin.supported_contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, foreign_plugins
 
 MATCH = 1e-6

@@ -17,8 +17,8 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, number, numbers
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.bodies import Ball, Cuboid, Tube
+from magmotor.mjcf.magnets.dipole_layout import smallest_layout
 from magmotor.mjcf.magnets.grades import GRADES, NDFEB
-from magmotor.mjcf.magnets.layout import smallest_layout
 
 SIZES = {
     "cuboid": ("edge along x", "edge along y", "edge along z"),

@@ -10,7 +10,7 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_integer, check_number
 from magmotor.common.exceptions import ArgumentError
 from magmotor.device.provenance import attributes_of
-from magmotor.devices.disk.ensemble.statistics import (
+from magmotor.devices.disk.ensemble.accumulators import (
     BINS,
     HYSTERESIS,
     REACH,

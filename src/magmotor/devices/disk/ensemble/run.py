@@ -23,8 +23,7 @@ from magmotor.device.checkpoint import Checkpoint, Expected
 from magmotor.device.job import EnsembleOptions
 from magmotor.device.states import checksum
 from magmotor.device.stops import SimulationInterrupted, stopped
-from magmotor.devices.disk.ensemble.result import Plan, plan, result
-from magmotor.devices.disk.ensemble.statistics import (
+from magmotor.devices.disk.ensemble.accumulators import (
     POWERS,
     Statistics,
     accumulate,
@@ -33,6 +32,7 @@ from magmotor.devices.disk.ensemble.statistics import (
     moments,
     quantities,
 )
+from magmotor.devices.disk.ensemble.result import Plan, plan, result
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.theory.stationary import hottest

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import magmotor_plugin
 from magmotor.common.checks import check_array, check_number
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.contacts import colliding_geoms, may_touch
+from magmotor.mjcf.langevin.supported_contacts import colliding_geoms, may_touch
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
 
