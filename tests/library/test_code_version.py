@@ -231,7 +231,7 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
     assert "magmotor.devices.ball.rigid_forces.NOBODY = -1.0" in constants
     modules, _ = numba_cache.reached(inspect.unwrap(all_forces._apply_forces))
-    of_forces = "forces.dipole_wrenches", "forces.iron", "forces.brownian_wrenches", "memory"
+    of_forces = "forces.dipole_wrenches", "forces.iron_pieces", "forces.brownian_wrenches", "memory"
     assert {f"magmotor.mjcf.{name}" for name in of_forces} <= modules
 
 
