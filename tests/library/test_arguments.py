@@ -2,6 +2,7 @@
 
 import inspect
 import math
+import re
 import warnings
 from inspect import isclass
 from typing import Any
@@ -158,7 +159,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.kinetic_temperature: STILL,
     mm.observables.configurational_temperature: {**STILL, "forces": lambda data: -data.qpos},
     mm.observables.metropolis: {
-        "model": PENDULUM, "kT": 1.0, "samples": 2, "replicas": 2, "seed": 1, "every": 1,
+        "model": PENDULUM, "kT": 1.0, "samples": 2, "replicas": 2, "seed": 1, "record_interval": 1,
         "burn_in": 1, "potential": lambda data: 0.0, "initial": [0.0],
     },
     mm.observables.local_slope: {"run": RUNS["ensemble"], "factor": 2.0},
@@ -202,7 +203,8 @@ CALLS: dict[Any, dict[str, Any]] = {
     },
     mm.Langevin(PENDULUM, 1.0).step: {"data": mujoco.MjData(PENDULUM), "nstep": 1},
     mm.Langevin(PENDULUM, 1.0).sample: {
-        "nstep": 4, "replicas": 2, "every": 2, "settle": 1, "initial": mujoco.MjData(PENDULUM),
+        "duration": 0.008, "replicas": 2, "record_interval": 2, "burn_in": 0.002,
+        "initial": mujoco.MjData(PENDULUM),
     },
     mm.Langevin(PENDULUM, 1.0).forces: {"data": mujoco.MjData(PENDULUM)},
     mm.Langevin(PENDULUM, 1.0).largest_timestep: {"data": mujoco.MjData(PENDULUM)},
@@ -341,6 +343,15 @@ def test_the_table_is_complete():
     found = {each for each in found if callable(each)}
     exceptions = {each for each in found if isclass(each) and issubclass(each, BaseException)}
     assert not found - {*CALLS} - RECORDS - SERVED - exceptions
+
+
+def test_help_shows_bounds_instead_of_objects():
+    """In the signatures of all that is public."""
+    for function in CALLS:
+        said = str(inspect.signature(function))
+        assert not re.search(r"functools\.partial|<function|object at 0x", said), function
+    assert "[float, number, above 0]" in str(inspect.signature(mm.ensemble))
+    assert "[int, integer, at least 0]" in str(inspect.signature(mm.ensemble))
 
 
 def name_of(function):

@@ -174,7 +174,7 @@ BY_NAME: dict[str, list[str]] = {
     "Langevin.largest_timestep.data": ["data({kind})", "tossed({kind})"],
     "JointNoise.force.data": ["data({kind})", "tossed({kind})"],
     "Langevin.sample.initial": ["data({kind})", "tossed({kind})"],
-    "Langevin.sample.nstep": ["4", "100"],
+    "Langevin.sample.duration": ["0.02", "0.2"],
     "Langevin.rollout.data": ["[data({kind})]", "[data({kind}), tossed({kind})]"],
     "Langevin.rollout.initial_state": ["states_of({kind})"],
     "Langevin.rollout.control": ["controls({kind})"],

@@ -27,9 +27,30 @@ Check = Callable[[str, Any], Any]
 """Returns the value of a named argument, perhaps converted, or raises ValueError."""
 
 
+class Described:
+    """A check that `help` shows as a text, in the signature of a function."""
+
+    def __init__(self, text: str, check: Check):
+        self._text, self._check = text, check
+
+    def __call__(self, name: str, value: Any) -> Any:
+        """Return the value, perhaps converted; raise ValueError if the check fails."""
+        return self._check(name, value)
+
+    def __repr__(self) -> str:
+        return self._text
+
+
+def _within(what: str, bounds: dict[str, Any]) -> str:
+    """Return a text for bounds, such as "number, at_least 0 s"."""
+    unit = f" {bounds['unit']}" if "unit" in bounds else ""
+    limits = [f"{name} {value}{unit}" for name, value in bounds.items() if name != "unit"]
+    return ", ".join([what, *limits]).replace("at_", "at ")
+
+
 def number(**bounds: Any) -> Check:
     """A number inside the bounds of `check_number`."""
-    return partial(check_number, **bounds)
+    return Described(_within("number", bounds), partial(check_number, **bounds))
 
 
 def fraction(**bounds: Any) -> Check:
@@ -39,7 +60,7 @@ def fraction(**bounds: Any) -> Check:
 
 def integer(**bounds: Any) -> Check:
     """An integer inside the bounds of `check_integer`."""
-    return partial(check_integer, **bounds)
+    return Described(_within("integer", bounds), partial(check_integer, **bounds))
 
 
 class Shaped(NamedTuple):
@@ -55,6 +76,9 @@ class Shaped(NamedTuple):
     def __call__(self, name: str, value: Any) -> Any:
         """Return the array; raise ValueError if the check fails."""
         return self.check(name, value, *self.shape)
+
+    def __repr__(self) -> str:
+        return f"shape ({', '.join('...' if n is ... else str(n) for n in self.shape)})"
 
 
 def shaped(*shape: Any) -> Check:
@@ -95,7 +119,7 @@ def numbers(*shape: Any, **bounds: Any) -> Check:
             check_number(f"largest {name}", float(array.max()), **bounds)
         return array
 
-    return Shaped(shape, check) if shape else check
+    return Shaped(shape, check) if shape else Described(_within("numbers", bounds), check)
 
 
 def choice(*choices: str) -> Check:
@@ -105,7 +129,7 @@ def choice(*choices: str) -> Check:
         check_choice(name, value, choices)
         return value
 
-    return check
+    return Described(f"one of {', '.join(choices)}", check)
 
 
 def several(cls: type) -> Check:
@@ -118,7 +142,7 @@ def several(cls: type) -> Check:
             check_type(f"{name}[{i}]", element, cls)
         return value
 
-    return check
+    return Described(f"at least one {cls.__name__}", check)
 
 
 def output(*suffixes: str) -> Check:
@@ -136,7 +160,7 @@ def output(*suffixes: str) -> Check:
             raise ArgumentError(name, value, "must be in an existing directory")
         return path  # without a trailing slash, which others take for an extension
 
-    return check
+    return Described(f"file {' or '.join(suffixes)}".rstrip(), check)
 
 
 Positive = Annotated[float, number(above=0)]

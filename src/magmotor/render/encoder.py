@@ -12,7 +12,7 @@ from tqdm import tqdm
 
 from magmotor.common.checks import check_integer
 from magmotor.common.exceptions import ArgumentError
-from magmotor.common.hints import integer, output
+from magmotor.common.hints import Described, integer, output
 from magmotor.common.optional import extra
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def check_size(name: str, value: Any) -> tuple[int, int]:
     return width, height
 
 
-Size = Annotated[tuple[int, int], check_size]
+Size = Annotated[tuple[int, int], Described("(width, height)", check_size)]
 """Width and height of a movie in pixels."""
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_type
 from magmotor.common.exceptions import ArgumentError
-from magmotor.common.hints import Count, NotNegative, Positive, Seed, integer
+from magmotor.common.hints import Count, Described, NotNegative, Positive, Seed, integer
 from magmotor.device.device import Scene
 from magmotor.device.job import EnsembleOptions
 from magmotor.device.provenance import attributes_of
@@ -34,7 +34,7 @@ NOT_KEPT = "not kept"
 
 @checked(finite=False)
 def ensemble(  # noqa: PLR0913 (options)
-    scene: Annotated[Scene, _with_noise],
+    scene: Annotated[Scene, Described("with noise", _with_noise)],
     *,
     method: str,
     timestep: Positive,
