@@ -252,13 +252,15 @@ def test_the_last_registration_counts(rotor, monkeypatch):
 def test_an_ensemble_of_its_own_is_reproduced_at_its_times(rotor, monkeypatch):
     """Records at samples 0, 1, 2, 4, ..., and a dimension that only this ensemble has."""
 
-    def own(scene, *, method, timestep, duration, replicas, seed, sample_interval, **rest):
-        numerics = {"method": method, "timestep": timestep, "duration": duration, "seed": seed}
-        run = mm.simulate(scene, **numerics, replicas=replicas, record_interval=sample_interval)
+    def own(scene, options, simulate):
+        told = options._asdict()
+        numerics = {name: told[name] for name in ("method", "timestep", "duration", "seed")}
+        replicas, sample_interval = options.replicas, options.sample_interval
+        run = simulate(scene, **numerics, replicas=replicas, record_interval=sample_interval)
         final = run.isel(time=times(None, scene, 1, len(run.time), 1, 0.0).astype(int))
         mean = final[["theta"]].mean("replica").assign(bins=("angle_bin", [0.0, 1.0]))
-        options = {"replicas": replicas, "sample_interval": sample_interval, "burn_in": 0.0}
-        attributes = attributes_of(scene, **numerics, **options, trajectories=0)
+        more = {"replicas": replicas, "sample_interval": sample_interval, "burn_in": 0.0}
+        attributes = attributes_of(scene, **numerics, **more, trajectories=0)
         return mean.assign_coords(replica=run.replica).assign_attrs(attributes)
 
     def times(self, scene, timestep, duration, sample_interval, burn_in):

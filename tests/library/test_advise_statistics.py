@@ -200,9 +200,10 @@ def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
         clock.now += step * count
         return step * count
 
-    def sampled(self, nstep, **options):
-        clock.now += 3 * 4 * step * nstep  # slower than a single replica lets expect
-        return sample(self, nstep, **options)
+    def sampled(self, duration, **options):
+        # slower than a single replica lets expect
+        clock.now += 3 * 4 * step * duration / self.timestep
+        return sample(self, duration, **options)
 
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     monkeypatch.setattr(Thermal, "_steps", stepped)

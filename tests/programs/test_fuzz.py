@@ -54,7 +54,7 @@ PLANTED = {
     "abort": ("crash", "SIGABRT"),
     "sleep": ("hang", "more than 1 s"),
     "warning": ("raw error", "RuntimeWarning"),
-    "refusal": ("refused", "ValueError"),
+    "refusal": ("refused", "ArgumentError"),
     "number": ("result", ""),
 }
 
