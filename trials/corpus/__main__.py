@@ -27,7 +27,7 @@ import magmotor as mm  # noqa: E402
 from trials.corpus.checks import BOUNDS, ROUNDING, STEPS, Findings, examine  # noqa: E402
 from trials.corpus.download import add_folder, folder_of  # noqa: E402
 from trials.corpus.models import PLUGIN, packages  # noqa: E402
-from trials.corpus.processes import examine_all  # noqa: E402
+from trials.corpus.processes import print_table  # noqa: E402
 
 COLUMNS = (
     "files", "compile", "move", "distinct", "refused", "changed", "callback", "plugin", "third law",
@@ -49,19 +49,10 @@ def main() -> int:
     with mm.magnetism():  # loads the compiled code before the forks
         mujoco.MjData(mujoco.MjModel.from_xml_string(PLUGIN))
     print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, seed {options.seed}\n")
-    print("| package |", " | ".join(COLUMNS), "|")
-    print("|---|" + "---|" * len(COLUMNS))
     check = partial(examine, seed=options.seed)
-    everything: list[Findings] = []
-    digests: set[str] = set()
-    for package, paths in packages(folder).items():
-        found = list(examine_all(paths, check, failed, options.workers))
-        for each in found:
-            each.repeated = each.digest in digests
-            digests |= {each.digest} - {""}
-        print(f"| {package} |", row(found), flush=True)
-        everything += found
-    print("| all |", row(everything))
+    everything: list[Findings] = print_table(
+        packages(folder), COLUMNS, row, check, failed, options.workers
+    )
     distinct = [each for each in everything if each.is_checked]
     marked = sum(each.marked for each in distinct)
     print(f"\nmodels with user numbers of bodies, joints or sites, which got a mark: {marked}")

@@ -2,9 +2,9 @@
 
     python -m trials.corpus.acceptance [FOLDER] [--seed SEED] [--workers WORKERS]
 
-As `python -m corpus` does for magnets, the program prints a table of how many models `mm.Langevin`
-takes, and with which flags disabled, and what was found on those, and a line for each model on
-which a check fails; then its exit code is 1.
+As `python -m trials.corpus` does for magnets, the program prints a table of how many models
+`mm.Langevin` takes, and with which flags disabled, and what was found on those, and a line for each
+model on which a check fails; then its exit code is 1.
 """
 
 import argparse
@@ -26,7 +26,7 @@ import numpy as np  # noqa: E402
 import magmotor as mm  # noqa: E402
 from trials.corpus.download import add_folder, folder_of  # noqa: E402
 from trials.corpus.models import packages  # noqa: E402
-from trials.corpus.processes import examine_all  # noqa: E402
+from trials.corpus.processes import print_table  # noqa: E402
 from trials.corpus.temperature import BOUNDS, Findings, examine  # noqa: E402
 
 HINGE = """
@@ -54,19 +54,10 @@ def main() -> int:
     # This loads the compiled code before the forks.
     mm.Langevin(model, kT=1.0).step(mujoco.MjData(model))
     print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, seed {options.seed}\n")
-    print("| package |", " | ".join(COLUMNS), "|")
-    print("|---|" + "---|" * len(COLUMNS))
     check = partial(examine, seed=options.seed)
-    everything: list[Findings] = []
-    digests: set[str] = set()
-    for package, paths in packages(folder).items():
-        found = list(examine_all(paths, check, failed, options.workers))
-        for each in found:
-            each.repeated = each.digest in digests
-            digests |= {each.digest} - {""}
-        print(f"| {package} |", row(found), flush=True)
-        everything += found
-    print("| all |", row(everything))
+    everything: list[Findings] = print_table(
+        packages(folder), COLUMNS, row, check, failed, options.workers
+    )
     distinct = [each for each in everything if each.is_checked]
     show("disabled", Counter(", ".join(each.flags) for each in distinct if each.flags))
     for flag in sorted({flag for each in distinct for flag in each.flags}):

@@ -3,10 +3,10 @@
 import multiprocessing
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 LIMIT = 300.0
 """Seconds after which the process of a file is ended."""
@@ -53,6 +53,33 @@ def examine_all(
         while shown in found:
             yield found.pop(shown)
             shown += 1
+
+
+def print_table(
+    packages: Mapping[str, list[Path]],
+    columns: Sequence[str],
+    row: Callable[[list[Any]], str],
+    examine: Callable[[Path], Any],
+    failed: Callable[[Path, str], Any],
+    workers: int,
+) -> list[Any]:
+    """Print a row for each package and one for all, and return the findings on all files.
+
+    Those on a model that an earlier file has, too, are marked as `repeated`.
+    """
+    print("| package |", " | ".join(columns), "|")
+    print("|---|" + "---|" * len(columns))
+    everything: list[Any] = []
+    digests: set[str] = set()
+    for package, paths in packages.items():
+        found = list(examine_all(paths, examine, failed, workers))
+        for each in found:
+            each.repeated = each.digest in digests
+            digests |= {each.digest} - {""}
+        print(f"| {package} |", row(found), flush=True)
+        everything += found
+    print("| all |", row(everything))
+    return everything
 
 
 def _examine_one(examine: Callable[[Path], object], path: Path, sender: Connection) -> None:

@@ -209,7 +209,7 @@ def _give_notice(which, number, name, other, other_name, unless, handler, user, 
 def declaration_error(error: mujoco.FatalError) -> InputError:
     """Return an error that compiled code has just raised in this thread, with its attributes."""
     sentence, number, element = getattr(_of_thread, "found", ("", 0, -1))
-    if sentence != str(error):  # a notice, while warnings are errors
+    if sentence != str(error):  # of MuJoCo itself
         return InputError(str(error))
     return DeclarationError(sentence, errors.KINDS[number], element)
 
