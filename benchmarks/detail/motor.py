@@ -14,7 +14,7 @@ import magmotor as mm
 from benchmarks.harness.records import Case, Record
 from benchmarks.harness.tables import cost_cells, number, table
 from benchmarks.harness.timing import compare, seconds_of
-from magmotor.devices.motor.scene import LARGEST_TILT
+from magmotor.devices.motor.parameters import LARGEST_TILT
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.run.in_mujoco import compose
 

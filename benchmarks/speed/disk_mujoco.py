@@ -7,13 +7,13 @@ import mujoco
 from numba import njit
 
 import magmotor as mm
-import magmotor_plugin
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.device.job import Job
 from magmotor.devices.disk.states import start_disk
 from magmotor.devices.disk.variational import run
 from magmotor.mjcf.hooks import without_stopwatch
+from magmotor_plugin.library import library
 
 TIMESTEP = 0.01
 STEPS = 20_000
@@ -60,10 +60,10 @@ def _show_parts() -> None:
     model = mm.build(DRIVEN)
     model.opt.timestep = TIMESTEP
     data = mujoco.MjData(model)
-    library = magmotor_plugin.library()
-    calls = {name: getattr(library, name) for name, _ in PARTS if name != "callback"}
+    in_c = library()
+    calls = {name: getattr(in_c, name) for name, _ in PARTS if name != "callback"}
     with mm.magnetism(), without_stopwatch():
-        calls |= {"callback": mujoco.get_mjcb_control(), "mj_step": library.mj_step}
+        calls |= {"callback": mujoco.get_mjcb_control(), "mj_step": in_c.mj_step}
         cases, pointers = {}, {}
         for name, function in calls.items():
             call = ctypes.cast(function, PROTOTYPE)

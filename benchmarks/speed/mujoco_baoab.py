@@ -7,11 +7,11 @@ import mujoco
 from numba import njit
 
 import magmotor as mm
-import magmotor_plugin
 from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.noise import BrownianPath
+from magmotor_plugin.library import library
 
 STEPS, TURNS = 3000, 40
 CASES = {
@@ -69,9 +69,9 @@ def _show_parts(whole: list[float]) -> None:
     model = mm.build(mm.Motor())
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
-    library = magmotor_plugin.library()
-    kinematics = ctypes.cast(library.mj_kinematics, ON_DATA)
-    drift = ctypes.cast(library.mj_integratePos, ON_POSITIONS)
+    in_c = library()
+    kinematics = ctypes.cast(in_c.mj_kinematics, ON_DATA)
+    drift = ctypes.cast(in_c.mj_integratePos, ON_POSITIONS)
     both = model._address, data._address
     positions = model._address, data.qpos.ctypes.data, data.qvel.ctypes.data, 1e-9
     with mm.magnetism():

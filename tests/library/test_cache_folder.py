@@ -203,7 +203,7 @@ def test_a_read_only_package_and_no_home(tmp_path):
     copy, temporary = tmp_path / "library" / "magmotor", tmp_path / "temporary"
     package = Path(magmotor.__file__).parent
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(package.with_name("magmotor_plugin.py"), copy.parent)
+    shutil.copytree(package.with_name("magmotor_plugin"), copy.with_name("magmotor_plugin"))
     temporary.mkdir()
     code = "import magmotor as mm; print(mm.__file__, mm.noise.normal(1, 0, 0, 0, 1, 0))"
     program = [sys.executable, "-B", "-c", code]

@@ -332,7 +332,7 @@ import magmotor, magmotor_plugin, mujoco
 path = sys.argv[1]
 compiling = threading.Thread(target=lambda: mujoco.MjModel.from_xml_path(path))
 compiling.start()
-while not magmotor_plugin._forces.loading:
+while not magmotor_plugin.slots._forces.loading:
     time.sleep(0.001)
 child = os.fork()
 if child == 0:
@@ -382,10 +382,10 @@ for load in (partial(mujoco.MjModel.from_xml_path, path), mujoco.MjSpec.from_fil
     except KeyboardInterrupt:
         print("interrupted")
 callbacks.compiled_plugin = real
-magmotor_plugin.interrupted.set()  # as for the moment until it is raised
+magmotor_plugin.interrupts.interrupted.set()  # as for the moment until it is raised
 model = mujoco.MjModel.from_xml_path(path)
 data = mujoco.MjData(model)
-magmotor_plugin.interrupted.clear()
+magmotor_plugin.interrupts.interrupted.clear()
 mujoco.mj_forward(model, data)
 print(data.qfrc_passive.any(), passive(model), passive(mujoco.MjModel.from_xml_path(path)))
 """

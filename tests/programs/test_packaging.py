@@ -290,7 +290,7 @@ def test_the_wheel_contains_the_package_its_models_and_examples_and_nothing_else
         names = set(archive.namelist())
         archive.extractall(tmp_path)
     tops = {name.split("/")[0] for name in names}
-    assert {re.sub(r"-.*", "", top) for top in tops} == {"magmotor", "magmotor_plugin.py"}
+    assert {re.sub(r"-.*", "", top) for top in tops} == {"magmotor", "magmotor_plugin"}
     for folder in ("models", "models/parts", "examples"):
         here = {f"magmotor/{folder}/{file.name}" for file in (ROOT / folder).glob("*.*")}
         assert here

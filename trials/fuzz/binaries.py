@@ -25,7 +25,7 @@ import numpy as np
 from mujoco.introspect import structs
 
 import magmotor as mm
-import magmotor_plugin
+from magmotor_plugin.slots import without_code
 
 from .sound_models import COMPARED, Sound, wrong_forces
 
@@ -205,7 +205,7 @@ def serve(connection, folder: str, ours: bool) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     warnings.simplefilter("ignore")
     libc = ctypes.CDLL(None)
-    with contextlib.nullcontext() if ours else magmotor_plugin.without_code():
+    with contextlib.nullcontext() if ours else without_code():
         verdict = Path(folder) / f"verdict{ours}"
         for sound in (Sound(p, c) for p in (True, False) for c in (True, False)) if ours else ():
             path = Path(folder) / "sound.mjb"
@@ -246,7 +246,7 @@ def tried(mutations: Iterable[Mutation]) -> Iterator[Outcome]:
             processes.append(process)
         for connection in connections:
             connection.recv()
-        with magmotor_plugin.without_code():
+        with without_code():
             for mutation in mutations:
                 path = Path(folder) / "damaged.mjb"
                 write(mutation, path)

@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import magmotor_plugin
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import DIPOLES
 from magmotor.mjcf.declared import name_of
 from magmotor.mjcf.lookup import disabled, number_of
+from magmotor_plugin import slots
 
 Numbers = NDArray[np.integer]
 
@@ -127,7 +127,7 @@ def dipoles(model: mujoco.MjModel) -> Numbers:
     """Return the sites that act as dipoles, the weakest first."""
     if not model.nuser_site or not model.site_user.any():
         return np.empty(0, int)
-    by_plugin = (model.plugin == magmotor_plugin.register()).any()
+    by_plugin = (model.plugin == slots.register()).any()
     if not (by_plugin or mujoco.get_mjcb_control()) or not acting_forces(model) & DIPOLES:
         return np.empty(0, int)
     strength = np.abs(model.site_user[:, 0])

@@ -11,14 +11,14 @@ from xml.etree import ElementTree
 
 import mujoco
 
-import magmotor_plugin
 from magmotor.advice.silence import quiet
 from magmotor.commands.output import MISTAKE, fail, report, warn_in_one_line
 from magmotor.common.checks import did_you_mean
 from magmotor.common.exceptions import SHOWN, ArgumentError, InputError
 from magmotor.mjcf.lookup import decoded, given_name
+from magmotor_plugin import slots
 
-PLUGINS = [name.decode() for name in magmotor_plugin.NAMES]
+PLUGINS = [name.decode() for name in slots.NAMES]
 
 DROPPED = "MuJoCo drops a <plugin> without an <instance>, so that nothing acts by itself"
 

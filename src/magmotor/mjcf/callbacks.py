@@ -17,7 +17,6 @@ from typing import Any
 import mujoco
 from numba import types
 
-import magmotor_plugin
 from magmotor.mjcf import binding, errors, layout, memory, messages, sentences
 from magmotor.mjcf.declarations.magnetometers import check_magnetometers
 from magmotor.mjcf.declarations.marks import (
@@ -47,6 +46,7 @@ from magmotor.mjcf.overwritten import note_others, note_ours
 from magmotor.mjcf.reports import report, warn_of_misnamed, warn_of_motion
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
+from magmotor_plugin import slots
 
 FAILED = -1
 """Result of `init` after an error."""
@@ -90,7 +90,7 @@ def compiled_plugin(name: bytes) -> dict[str, Any]:
     """Return the functions of a plugin for the running MuJoCo, by their names in `mjpPlugin`."""
     _bind()
     current = layout.current()
-    if name == magmotor_plugin.MAGNETOMETER:
+    if name == slots.MAGNETOMETER:
         return {"compute": _measure(current), "init": _check_magnetometers(current)}
     functions = {"copy": _copy, "compute": _compute, "init": _init, "reset": _reset}
     return {member: function(current) for member, function in functions.items()}

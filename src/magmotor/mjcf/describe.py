@@ -9,7 +9,6 @@ from itertools import combinations
 import mujoco
 import numpy as np
 
-import magmotor_plugin
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.mjcf import declared
@@ -29,11 +28,12 @@ from magmotor.mjcf.idle import LISTED, idle_elements, listed
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
 from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, declares_units, doubts, own_units
+from magmotor_plugin import slots
 
 HUGE = 1e3
 """From which moment in A m^2 a site has it by mistake."""
 
-FORCES = magmotor_plugin.FORCES.decode()
+FORCES = slots.FORCES.decode()
 
 ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
 """Modules of other engines for MuJoCo's models, and their names."""

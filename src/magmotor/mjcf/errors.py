@@ -7,7 +7,6 @@ that its element breaks and another tuple, or -1. Where something is computed, t
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-from magmotor.mjcf.declarations.custom import BODY, GEOM, JOINT, NUMERIC, SENSOR, SITE, TUPLE
 from magmotor.numerics.subroutine import subroutine
 
 (
@@ -15,43 +14,10 @@ from magmotor.numerics.subroutine import subroutine
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
     TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, UNLOADED,
 ) = range(26)  # fmt: skip
-"""Errors; each has up to two elements, and numbers for its sentence."""
+"""Errors; each has up to two elements (see `reports.ELEMENTS`), and numbers for its sentence."""
 
 KINDS = tuple(name.lower() for name in (*globals(),)[-26:])
 """Their names, those defined last, for `DeclarationError`."""
-
-DIPOLE, NOTHING = -1, -2
-"""Types of elements: sites, or geoms whose number is that of all sites plus their own; and none."""
-
-ELEMENTS = (
-    (DIPOLE, DIPOLE),
-    (DIPOLE, NUMERIC),
-    (DIPOLE, BODY),
-    (DIPOLE, NOTHING),
-    (DIPOLE, NOTHING),
-    (NOTHING, NOTHING),
-    (SITE, NOTHING),
-    (TUPLE, NOTHING),
-    (BODY, NOTHING),
-    (JOINT, NOTHING),
-    (NOTHING, NOTHING),
-    (NOTHING, NOTHING),
-    (TUPLE, NOTHING),
-    (NUMERIC, NOTHING),
-    (TUPLE, NOTHING),
-    (TUPLE, NOTHING),
-    (NUMERIC, NOTHING),
-    (GEOM, TUPLE),
-    (SENSOR, NOTHING),
-    (SENSOR, SITE),
-    (NUMERIC, NOTHING),
-    (GEOM, NOTHING),
-    (BODY, BODY),
-    (NOTHING, NOTHING),
-    (NUMERIC, NOTHING),
-    (NOTHING, NOTHING),
-)
-"""The types of the two elements of each error."""
 
 DETAILS = 16
 """Largest number of numbers for the sentence of an error."""

@@ -14,7 +14,7 @@ from typing import Any
 
 import mujoco
 
-from magmotor_plugin import library
+from magmotor_plugin.library import library
 
 
 class Hook:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Sequence
 import mujoco
 import numpy as np
 
-import magmotor_plugin
 from magmotor.mjcf import declared
 from magmotor.mjcf.declarations.custom import NUMERIC
 from magmotor.mjcf.declared import (
@@ -21,6 +20,7 @@ from magmotor.mjcf.declared import (
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.lookup import disabled, given_name, number_of
 from magmotor.mjcf.sentences import MARK_NAME, ONLY_NAME, resembles_mark
+from magmotor_plugin import slots
 
 PREFIXES = ("coupling", "field", "coil", "iron")
 """How the names of tuples start that declare something."""
@@ -97,7 +97,7 @@ def _undriven(model: mujoco.MjModel) -> list[str]:
 
 def _idle_plugin(model: mujoco.MjModel) -> Iterator[str]:
     """Yield when MuJoCo does not call the plugin, or not for all."""
-    if (model.plugin == magmotor_plugin.register()).sum() > 1:
+    if (model.plugin == slots.register()).sum() > 1:
         yield "further instances of magmotor.forces, since the first one acts on the whole model"
     if disabled(model, "spring") and disabled(model, "damper"):
         yield "magmotor.forces, since MuJoCo skips it if flags spring and damper are both disabled"

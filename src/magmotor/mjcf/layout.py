@@ -13,9 +13,9 @@ import numpy as np
 from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
-import magmotor_plugin
 from magmotor.common.exceptions import MagmotorError
 from magmotor.numerics.constants import constant_in_code
+from magmotor_plugin import slots
 
 MODEL_FIELDS = (
     "nq", "nv", "nactuator", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
@@ -177,8 +177,8 @@ def verify(layout: Layout) -> None:
     """
     if mujoco.MjModel.from_xml_string("<mujoco/>").qpos0.dtype != np.float64:
         raise LayoutError("MuJoCo was built in single precision, but double precision is required")
-    magmotor_plugin.register()
-    with magmotor_plugin.without_code():
+    slots.register()
+    with slots.without_code():
         model = mujoco.MjModel.from_xml_string(_PROBE)
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-import magmotor_plugin
+from magmotor_plugin import slots
 
 INTEGRATORS = {
     {"EULER": "Euler", "RK4": "RK4"}.get(name := member.removeprefix("mjINT_"), name.lower()): kind
@@ -68,7 +68,7 @@ def control_of(model: mujoco.MjModel, actuator: int) -> int:
 
 def foreign_plugins(model: mujoco.MjModel) -> int:
     """Return the number of instances of plugins that are not this package's."""
-    ours = [magmotor_plugin.slot(name) for name in magmotor_plugin.NAMES]
+    ours = [slots.slot(name) for name in slots.NAMES]
     return int((~np.isin(model.plugin, ours)).sum())
 
 

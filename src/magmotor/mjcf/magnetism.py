@@ -18,7 +18,7 @@ from magmotor.common.arguments import checked
 from magmotor.mjcf import messages
 from magmotor.mjcf.callbacks import compiled_callback, users_callback
 from magmotor.mjcf.hooks import Hook
-from magmotor_plugin import library
+from magmotor_plugin.library import library
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -17,8 +17,9 @@ from numba import carray, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-import magmotor_plugin
 from magmotor.numerics.subroutine import subroutine
+from magmotor_plugin import slots
+from magmotor_plugin.library import library
 
 UNBOUNDED = 1 << 30
 """Length of arrays whose actual length is not looked up."""
@@ -57,13 +58,13 @@ def bind_unused(*names: str) -> None:
 def bind_mujoco(*names: str) -> None:
     """Bind functions of MuJoCo's C library to their own names in compiled code."""
     for name in names:
-        bind_function(name, getattr(magmotor_plugin.library(), name))
+        bind_function(name, getattr(library(), name))
 
 
 bind_mujoco("mj_markStack", "mj_stackAllocByte", "mj_freeStack")
 
-_slot = ctypes.c_int64(magmotor_plugin.register())
-_magnetometer_slot = ctypes.c_int64(magmotor_plugin.slot(magmotor_plugin.MAGNETOMETER))
+_slot = ctypes.c_int64(slots.register())
+_magnetometer_slot = ctypes.c_int64(slots.slot(slots.MAGNETOMETER))
 bind_variable("magmotor_plugin_slot", _slot)
 bind_variable("magmotor_magnetometer_slot", _magnetometer_slot)
 

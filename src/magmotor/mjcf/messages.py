@@ -29,7 +29,8 @@ from magmotor.mjcf.sentences import (
     sentence_of_notice,
 )
 from magmotor.numerics.subroutine import subroutine
-from magmotor_plugin import library, returning
+from magmotor_plugin.interrupts import returning
+from magmotor_plugin.library import library
 
 _word = types.int64
 _exchange_handler = types.ExternalFunction("_mjPRIVATE_setTlsLogHandler", _word(_word))

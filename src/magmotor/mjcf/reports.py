@@ -12,6 +12,9 @@ from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations.custom import (
     BODY,
     GEOM,
+    JOINT,
+    NUMERIC,
+    SENSOR,
     SITE,
     TEXT,
     TUPLE,
@@ -29,6 +32,39 @@ from magmotor.mjcf.forces.applied_fields import place_in_field
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
+
+DIPOLE, NOTHING = -1, -2
+"""Types of elements: sites, or geoms whose number is that of all sites plus their own; and none."""
+
+ELEMENTS = (
+    (DIPOLE, DIPOLE),
+    (DIPOLE, NUMERIC),
+    (DIPOLE, BODY),
+    (DIPOLE, NOTHING),
+    (DIPOLE, NOTHING),
+    (NOTHING, NOTHING),
+    (SITE, NOTHING),
+    (TUPLE, NOTHING),
+    (BODY, NOTHING),
+    (JOINT, NOTHING),
+    (NOTHING, NOTHING),
+    (NOTHING, NOTHING),
+    (TUPLE, NOTHING),
+    (NUMERIC, NOTHING),
+    (TUPLE, NOTHING),
+    (TUPLE, NOTHING),
+    (NUMERIC, NOTHING),
+    (GEOM, TUPLE),
+    (SENSOR, NOTHING),
+    (SENSOR, SITE),
+    (NUMERIC, NOTHING),
+    (GEOM, NOTHING),
+    (BODY, BODY),
+    (NOTHING, NOTHING),
+    (NUMERIC, NOTHING),
+    (NOTHING, NOTHING),
+)
+"""The types of the two elements of each error, by its number."""
 
 _word = types.int64
 _REPORT = types.void(_word, _word, _word)
@@ -82,13 +118,13 @@ def _report_error(error, m, d, offsets):
         _report_tuple(error, m, offsets, details, place)
     elif number >= 0:
         _find_details(error, m, d, offsets, details)
-        one, other = errors.ELEMENTS[number]
+        one, other = ELEMENTS[number]
         nsite = m[offsets.nsite // 8]
-        if one == errors.DIPOLE:
+        if one == DIPOLE:
             one = SITE
             if first >= nsite:
                 one, first, details[0] = GEOM, first - nsite, 1.0
-        if other == errors.DIPOLE:
+        if other == DIPOLE:
             other = SITE
             if second >= nsite:
                 other, second, details[0] = GEOM, second - nsite, details[0] + 2.0

@@ -11,14 +11,14 @@ from collections.abc import Iterable
 import mujoco
 import numpy as np
 
-import magmotor_plugin
 from magmotor.common.arguments import checked
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.declarations.marks import WORDS
 from magmotor.mjcf.idle import NUMERICS, PREFIXES
 from magmotor.mjcf.sentences import MARK_NAME
+from magmotor_plugin import slots
 
-FORCES, INSTANCE = magmotor_plugin.FORCES.decode(), "magnets"
+FORCES, INSTANCE = slots.FORCES.decode(), "magnets"
 """The plugin, and the name of its instance."""
 
 

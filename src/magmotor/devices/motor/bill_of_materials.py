@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from magmotor.common.checks import check_choice
 from magmotor.common.exceptions import ArgumentError
-from magmotor.devices.motor.scene import Motor
+from magmotor.devices.motor.parameters import MotorParameters
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.grades import GRADES
 
@@ -101,7 +101,7 @@ class BillOfMaterials:
         return "\n".join(lines)
 
 
-def bill_of_materials(scene: Motor, grade: str) -> BillOfMaterials:
+def bill_of_materials(scene: MotorParameters, grade: str) -> BillOfMaterials:
     """See `Motor.bill_of_materials`."""
     check_choice("grade", grade, tuple(GRADES))
     remanence, density = GRADES[grade]

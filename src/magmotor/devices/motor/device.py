@@ -27,9 +27,10 @@ from magmotor.devices.motor.energy import check_first_law, motor_energy, motor_e
 from magmotor.devices.motor.guard import MotorGuard
 from magmotor.devices.motor.measures import MEASURES
 from magmotor.devices.motor.movie import GAUGE, MotorMovieContent
+from magmotor.devices.motor.parameters import LARGEST_TILT
 from magmotor.devices.motor.plot_panels import MotorRun
 from magmotor.devices.motor.plots import motor_overview
-from magmotor.devices.motor.scene import LARGEST_TILT, Motor
+from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
 from magmotor.numerics import splittings
 from magmotor.numerics.linear_stability import SmallMotion

@@ -1,15 +1,15 @@
 """The dimensionless groups of the motor, and the motor of the same groups at another size."""
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from magmotor.common.checks import check_choice, check_number
 from magmotor.common.exceptions import ArgumentError
+from magmotor.devices.motor.parameters import MotorParameters
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.grades import GRADES
 
-if TYPE_CHECKING:
-    from magmotor.devices.motor.scene import Motor
+M = TypeVar("M", bound=MotorParameters)
 
 
 class MotorGroups(NamedTuple):
@@ -52,13 +52,13 @@ class MotorUnits(NamedTuple):
         return self.mass * (self.length / self.time) ** 2
 
 
-def motor_units(scene: "Motor") -> MotorUnits:
+def motor_units(scene: MotorParameters) -> MotorUnits:
     """Return the units of a motor's groups."""
     length, mass = scene.inner_radius, scene.ball_mass
     return MotorUnits(length, mass, math.sqrt(mass * length**5 / scene.coupling))
 
 
-def motor_groups(scene: "Motor") -> MotorGroups:
+def motor_groups(scene: MotorParameters) -> MotorGroups:
     """Return the dimensionless groups of a motor."""
     unit = motor_units(scene)
     length, inertia = unit.length, unit.mass * unit.length**2
@@ -80,7 +80,7 @@ def motor_groups(scene: "Motor") -> MotorGroups:
     )
 
 
-def resized(scene: "Motor", inner_radius: float, grade: str, magnet_fraction: float) -> "Motor":
+def resized(scene: M, inner_radius: float, grade: str, magnet_fraction: float) -> M:
     """Return the motor with the same groups, but for the weight, with other magnets.
 
     Parameters

@@ -16,7 +16,8 @@ from magmotor.devices.ball.device import LIFTED, ROLLED_OFF, lifted, rolled_off
 from magmotor.devices.ball.landscape import REACH
 from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.energy import motor_energy
-from magmotor.devices.motor.scene import LARGEST_TILT, Motor
+from magmotor.devices.motor.parameters import LARGEST_TILT
+from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 
 ROUNDING = 1e-9

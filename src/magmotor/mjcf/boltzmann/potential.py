@@ -12,8 +12,8 @@ from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import DIPOLES, IRON, POTENTIALS
 from magmotor.mjcf.field_and_energy import magnetic_energy
-from magmotor.mjcf.langevin.supported_contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, foreign_plugins, label
+from magmotor.mjcf.possible_contacts import colliding_geoms
 
 Energy = Callable[[mujoco.MjData], float]
 """The energy in J of a state whose positions are up to date."""

@@ -13,7 +13,7 @@ from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.declarations.iron import PLANE
 from magmotor.mjcf.declarations.marks import FIELDS
 from magmotor.mjcf.forces.iron_pieces import ellipsoid
-from magmotor.mjcf.langevin.supported_contacts import are_excluded
+from magmotor.mjcf.possible_contacts import are_excluded
 
 WEAK = 1.0
 """Susceptibility below which pieces of iron that touch hardly magnetize each other."""

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.declarations.iron import PLANE
-from magmotor.mjcf.langevin.supported_contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.possible_contacts import colliding_geoms
 
 
 def touching_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:

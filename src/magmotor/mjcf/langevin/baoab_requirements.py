@@ -10,12 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import magmotor_plugin
 from magmotor.common.checks import check_array, check_number
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.supported_contacts import colliding_geoms, may_touch
 from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.possible_contacts import colliding_geoms, may_touch
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
+from magmotor_plugin import slots
 
 HINGE, SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 ROUNDING = 1e-9
@@ -95,7 +95,7 @@ def check_extensions(model: mujoco.MjModel, method: str) -> None:
     acting = {*model.body_plugin}
     acting |= set() if disabled(model, "actuation") else {*model.actuator_plugin}
     known = {*model.geom_plugin, *model.sensor_plugin, *model.actuator_plugin} - acting
-    ours = magmotor_plugin.register()
+    ours = slots.register()
     others = {i for i, slot in enumerate(model.plugin) if slot != ours} - known
     if others:
         sentence = (

@@ -3,8 +3,8 @@
 import mujoco
 import numpy as np
 
-from magmotor.mjcf.langevin.supported_contacts import possible_contacts
 from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.possible_contacts import possible_contacts
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.own_model import SMALLEST_INERTIA
-from magmotor.mjcf.langevin.supported_contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.possible_contacts import colliding_geoms
 
 FASTEST_CONSTRAINT = 0.5
 """Largest product of the timestep and of a constraint's frequency, with the assumed inertia.

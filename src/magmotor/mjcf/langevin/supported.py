@@ -18,8 +18,8 @@ from magmotor.mjcf.langevin.friction import (
     WITHOUT_ACTUATION,
     acting_actuators,
 )
-from magmotor.mjcf.langevin.supported_contacts import possible_contacts
 from magmotor.mjcf.lookup import disabled, label
+from magmotor.mjcf.possible_contacts import possible_contacts
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
 
 METHOD = "Langevin"

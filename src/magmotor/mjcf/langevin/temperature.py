@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
 from magmotor.mjcf.langevin.model import langevin_model
-from magmotor.mjcf.langevin.supported_contacts import colliding_geoms
 from magmotor.mjcf.lookup import disabled, foreign_plugins
+from magmotor.mjcf.possible_contacts import colliding_geoms
 
 MATCH = 1e-6
 """Relative difference up to which noise has the temperature of the damping."""

@@ -11,8 +11,8 @@ from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.declared import has_plugin
-from magmotor.mjcf.langevin.supported_contacts import may_touch
 from magmotor.mjcf.lookup import disabled
+from magmotor.mjcf.possible_contacts import may_touch
 
 
 class Tree(NamedTuple):

@@ -1,25 +1,22 @@
-"""The engine plugins, which make magnetism a part of a MuJoCo model.
+"""The plugins in MuJoCo's table, and the functions in their place until their code is loaded."""
 
-`magmotor.forces` computes forces, `magmotor.magnetometer` is a sensor. MuJoCo 4 and newer call
-`register` whenever `mujoco` is imported, through the entry point group `mujoco.plugins`; `import
-magmotor` calls it, too. It compiles nothing and imports only ctypes. The compiled code of a plugin
-takes its place in MuJoCo's table when the first model with that plugin is compiled.
-"""
-
-import _thread
 import ctypes
 import os
-import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, partial, wraps
-from importlib.util import find_spec
-from pathlib import Path
-from types import CodeType, FrameType
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
+
+from magmotor_plugin.interrupts import (
+    called_by_c,
+    interrupt_later,
+    interrupted,
+    print_exception,
+)
+from magmotor_plugin.library import library
 
 NAMES = FORCES, MAGNETOMETER = b"magmotor.forces", b"magmotor.magnetometer"
 """The names of the plugins."""
@@ -98,129 +95,13 @@ def slot(name: bytes) -> int:
     return library().mjp_registerPlugin(ctypes.byref(plugin))
 
 
-def register_with_older_mujoco() -> None:
-    """Register the plugin if `mujoco` has been imported, or would not load entry points.
+class Loader(NamedTuple):
+    """Where the compiled code comes from."""
 
-    MuJoCo numbers plugins in the order of their registration, and stores the numbers in binary
-    models. Therefore, its own plugins must come first.
-    """
-    if "mujoco" in sys.modules or not _loads_entry_points():
-        import mujoco  # noqa: F401 - registers MuJoCo's own plugins
-
-        register()
-
-
-def _loads_entry_points() -> bool:
-    """Whether the installed MuJoCo is 4 or newer, by its header: importlib.metadata is slow."""
-    for folder in _folders():
-        header = Path(folder) / "include" / "mujoco" / "mujoco.h"
-        if header.exists():
-            version = header.read_text(encoding="utf-8").partition("mjVERSION_HEADER")[2].split()
-            return bool(version) and int(version[0]) >= 4_000_000
-    return False
-
-
-def _folders() -> list[str]:
-    """Return the folders of the package mujoco, without importing it."""
-    spec = find_spec("mujoco")
-    return [*(spec.submodule_search_locations or [])] if spec else []
-
-
-@cache
-def library() -> ctypes.CDLL:
-    """Return MuJoCo's C library.
-
-    Raises
-    ------
-    ImportError
-        MuJoCo is not installed, or its library is missing.
-    """
-    for folder in _folders():
-        for pattern in ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll"):
-            found = [str(path) for path in Path(folder).glob(pattern)]
-            if len(found) > 1:  # a downgrade from MuJoCo 4 leaves its library behind
-                from importlib.metadata import version
-
-                found = [path for path in found if version("mujoco") in path]
-            if found:
-                return ctypes.CDLL(found[0])
-    raise ImportError("there is no MuJoCo library: pip install mujoco")
-
-
-def returning(function: Callable) -> Callable:
-    """Make a function return None instead of raising, for use as a C callback.
-
-    A C callback that raises returns an undefined value. Ctrl-C is delivered a little later.
-    """
-
-    @_called_by_c
-    @wraps(function)
-    def call(*arguments: Any) -> Any:
-        try:
-            return function(*arguments)
-        except KeyboardInterrupt:
-            _interrupt_later()
-        except BaseException:
-            _print_exception()
-        return None
-
-    return call
-
-
-def _print_exception() -> None:
-    import traceback
-
-    traceback.print_exc()
-
-
-_CALLBACKS: set[CodeType] = set()
-"""Code of functions that C calls, where Python discards KeyboardInterrupt."""
-
-
-def _called_by_c(function: Any) -> Any:
-    """Add a function to these."""
-    _CALLBACKS.add(function.__code__)
-    return function
-
-
-interrupted = threading.Event()
-"""Set from Ctrl-C in such a function until KeyboardInterrupt is raised."""
-
-
-def _interrupt_later() -> None:
-    """Raise KeyboardInterrupt as soon as C has returned to the main thread, which received it.
-
-    A timer of the system does not need the GIL, which the main thread may keep for long.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        return  # a loader, which receives it again
-    if interrupted.is_set():
-        return
-    interrupted.set()
-    if not hasattr(signal, "setitimer"):  # Windows
-        threading.Timer(0.05, _press_ctrl_c).start()
-    else:
-        before = signal.getsignal(signal.SIGALRM), signal.getitimer(signal.ITIMER_REAL)
-        signal.signal(signal.SIGALRM, partial(_interrupt_outside, before))
-        signal.setitimer(signal.ITIMER_REAL, 2e-4, 2e-4)
-
-
-def _press_ctrl_c() -> None:
-    interrupted.clear()
-    _thread.interrupt_main()
-
-
-def _interrupt_outside(before: Any, number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt, but not inside of a callback, and give the timer back."""
-    while frame is not None:
-        if frame.f_code in _CALLBACKS:
-            return
-        frame = frame.f_back
-    handler, times = before
-    signal.setitimer(signal.ITIMER_REAL, *times)
-    signal.signal(signal.SIGALRM, handler)
-    interrupted.clear()
-    raise KeyboardInterrupt
+    compiled: Callable[[bytes], dict[str, Any]]
+    """Return the compiled functions of a plugin, by the member of `Plugin`."""
+    prepare: Callable[[int, int, int], None]
+    """Do what the compiled `init` of the forces does for an mjData: model, data, instance."""
 
 
 class _Code:
@@ -247,7 +128,7 @@ class _Code:
                     if not (self._loaded or self._failed):
                         self._load_beside()
             except KeyboardInterrupt:
-                _interrupt_later()
+                interrupt_later()
         return not self._failed
 
     def _load_beside(self) -> None:
@@ -269,15 +150,13 @@ class _Code:
 
     def _load(self) -> None:
         try:
-            from magmotor.mjcf.callbacks import compiled_plugin
-
-            for member, function in compiled_plugin(self._name).items():
+            for member, function in _loader[0].compiled(self._name).items():
                 setattr(self._table(), member, function.address)
             self._loaded = True
         except KeyboardInterrupt:
             pass
         except BaseException:
-            _print_exception()
+            print_exception()
             self._failed = True
 
     def _table(self) -> Any:
@@ -290,12 +169,11 @@ class _Code:
         """Do what the compiled `init` would have done for an mjData."""
         if self._name != FORCES or not self._loaded:
             return
-        from magmotor.mjcf.callbacks import prepare
-
+        prepare = _loader[0].prepare
         try:
             prepare(model, data, instance)
         except KeyboardInterrupt:
-            _interrupt_later()  # after the second attempt, which it cannot end
+            interrupt_later()  # after the second attempt, which it cannot end
             prepare(model, data, instance)
 
     def after_fork(self) -> None:
@@ -309,14 +187,14 @@ class _Code:
         """Return the functions of the plugin until its code is loaded."""
 
         @_NSTATE
-        @_called_by_c
+        @called_by_c
         def nstate(model, instance):
             """Load the compiled code, since this is the first function that MuJoCo calls."""
             self.ensure_loaded()
             return 0
 
         @_INIT
-        @_called_by_c
+        @called_by_c
         def init(model, data, instance):
             """Called if a model was loaded from a file, and none with the plugin was compiled."""
             if not self.ensure_loaded():
@@ -325,7 +203,7 @@ class _Code:
             return 0
 
         @_COMPUTE
-        @_called_by_c
+        @called_by_c
         def compute(model, data, instance, capability):
             """Called if Ctrl-C ended the loading, but not the program."""
             self.ensure_loaded()
@@ -337,16 +215,24 @@ class _Code:
 
 
 @_RESET
-@_called_by_c
+@called_by_c
 def _reset(model, state, data, instance):
     """Required by MuJoCo; the plugins have no state."""
 
 
 @_NSENSORDATA
-@_called_by_c
+@called_by_c
 def _nsensordata(model, instance, sensor):
     """Return the number of components of a magnetometer."""
     return 3
+
+
+_loader: list[Loader] = []
+
+
+def load_by(loader: Loader) -> None:
+    """Set where the compiled code comes from, which `magmotor_plugin` does when it is imported."""
+    _loader[:] = [loader]
 
 
 _this_thread = threading.local()

@@ -1,4 +1,4 @@
-"""Which contacts a model may have."""
+"""The contacts that a model can have, whatever its configuration."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
