@@ -147,7 +147,7 @@ def draw(model: mujoco.MjModel, path: xr.Dataset, truth: xr.Dataset, view: Array
     )
     axes["C"].legend(loc="lower right")
 
-    kinetic = mm.observables.kinetic_temperature(model, path)
+    kinetic = mm.kinetic_temperature(model, path)
     joints = np.arange(model.njnt) + 1
     axes["D"].errorbar(joints, kinetic.temperature / KT, 2 * kinetic.error / KT, fmt="o")
     axes["D"].axhline(1, color="C4", linestyle=":")
@@ -176,10 +176,10 @@ def main(
         raise ValueError(f"duration = {duration}: must be between 1 and 3600 s")
     model = load()
     path = sample(model, duration)
-    truth = mm.observables.metropolis(
+    truth = mm.metropolis(
         model, KT, replicas=REPLICAS, samples=path.time.size, record_interval=5, seed=1
     )
-    at = mm.observables.configurational_temperature(model, path)
+    at = mm.configurational_temperature(model, path)
     print(f"configurational temperature: {at.temperature / KT:.4f}({at.error / KT:.4f}) kT")
     frames = path.qpos.values[:, -FRAMES:]
     save(draw(model, path, truth, next(views(model, frames[:, -1:]))), out)

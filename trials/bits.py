@@ -120,7 +120,7 @@ QUICK: dict[str, Callable[[], Result]] = {
     "dipoles": dipoles,
     "noise": noise,
     "sampled": sampled,
-    "gibbs": lambda: mm.gibbs(DISK, 1000)["x"],
+    "gibbs": lambda: mm.theory.gibbs(DISK, 1000)["x"],
     "disk": simulated(DISK, "variational/baoab", replicas=3),
     "particle": simulated(mm.LangevinParticle(), "variational/baoab", replicas=3),
     "ensemble": lambda: mm.ensemble(

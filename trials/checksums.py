@@ -110,7 +110,7 @@ def ensembles() -> Iterator[tuple[str, str]]:
                 SCENES[name], method=method, timestep=0.04, duration=20.0, replicas=37, burn_in=4.0
             )
             yield f"ensemble: {name}, {method}", of_dataset(result)
-        yield f"gibbs: {name}", digest(*mm.gibbs(SCENES[name], 100).values())
+        yield f"gibbs: {name}", digest(*mm.theory.gibbs(SCENES[name], 100).values())
     numerics: dict[str, Any] = {"timestep": 0.04, "duration": 4.0, "replicas": 5, "seed": 3}
     for method in ("variational/baoab", "mujoco/baoab"):
         result = mm.ensemble(SCENES["motor"], method=method, **numerics)

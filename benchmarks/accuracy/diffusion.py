@@ -66,7 +66,7 @@ def diffusion(method: str, timestep: float, replicas: int) -> xr.Dataset:
 
     The error is large for that number: a few replicas whose slip brings x to rest scatter far.
     """
-    start = mm.gibbs(DISK, replicas, seed=1, d=3 * gibbs_mean_squares(DISK)["d"] ** 0.5)
+    start = mm.theory.gibbs(DISK, replicas, seed=1, d=3 * gibbs_mean_squares(DISK)["d"] ** 0.5)
     numerics: dict[str, Any] = {
         "method": method, "timestep": timestep, "replicas": replicas, "seed": 1, "initial": start,
     }  # fmt: skip

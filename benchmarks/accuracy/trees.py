@@ -134,7 +134,7 @@ def by_quadrature(law: Law, points: int = 160) -> dict[str, float]:
 
 def truth(law: Law, samples: int, every: int = 10) -> dict[str, tuple[float, float]]:
     """Return means and standard errors of all observables, by the Metropolis algorithm."""
-    run = mm.observables.metropolis(
+    run = mm.metropolis(
         law.model, law.tree.kT, samples=samples, replicas=REPLICAS, record_interval=every,
         burn_in=300, initial=law.rest, seed=1,
     )  # fmt: skip
@@ -201,7 +201,7 @@ def _biases(
         )
     except LangevinDiverged as error:
         return {"splitting": splitting, "size": size, "failed": str(error)}
-    kinetic = mm.observables.kinetic_temperature(law.model, run)
+    kinetic = mm.kinetic_temperature(law.model, run)
     found = {}
     for name, series in law.observables(run.qpos.values).items():
         mean, error = mean_and_error(series)

@@ -141,7 +141,7 @@ def _seconds_a_step(model: mujoco.MjModel, data: mujoco.MjData, state: Array, st
 def _show_equal_accuracy() -> None:
     """Show the cost of 1 s of the chain at an error of 1 %."""
     model = _chain(PLANAR)
-    reference = mm.observables.metropolis(model, THERMAL, samples=8000, replicas=CHAINS, seed=SEED)
+    reference = mm.metropolis(model, THERMAL, samples=8000, replicas=CHAINS, seed=SEED)
     exact, uncertain = _mean_energy(reference["qpos"].to_numpy())
     model.opt.timestep = LONG
     langevin = mm.Langevin(model, kT=THERMAL, seed=SEED)

@@ -16,7 +16,6 @@ from .device.stops import PhysicalEvent as PhysicalEvent
 from .device.stops import SimulationDiverged as SimulationDiverged
 from .device.stops import SimulationInterrupted as SimulationInterrupted
 from .device.stops import SimulationStopped as SimulationStopped
-from .devices.disk.gibbs import gibbs as gibbs
 from .devices.disk.scene import Disk as Disk
 from .devices.disk.scene import LangevinParticle as LangevinParticle
 from .devices.motor.scene import Motor as Motor
@@ -24,6 +23,9 @@ from .devices.top.scene import Top as Top
 from .devices.top.scene import Waypoint as Waypoint
 from .mjcf.arrows import draw_field as draw_field
 from .mjcf.arrows import draw_moments as draw_moments
+from .mjcf.boltzmann.metropolis import metropolis as metropolis
+from .mjcf.boltzmann.temperatures import configurational_temperature as configurational_temperature
+from .mjcf.boltzmann.temperatures import kinetic_temperature as kinetic_temperature
 from .mjcf.checking.check import Check as Check
 from .mjcf.checking.check import check as check
 from .mjcf.compose import add_coil as add_coil

@@ -1,4 +1,4 @@
-"""Observables: quantities computed from runs, and the potential landscape from theory."""
+"""Observables of the devices: quantities computed from runs, and the potential landscape."""
 
 import xarray as xr
 
@@ -28,15 +28,12 @@ from magmotor.devices.top.observables import (
     momentum_balance,
     momentum_map,
 )
-from magmotor.mjcf.boltzmann.metropolis import metropolis
-from magmotor.mjcf.boltzmann.temperatures import configurational_temperature, kinetic_temperature
 
 __all__ = [
     "CriticalPoint",
     "MotorWells",
     "azimuth",
     "censored_mean",
-    "configurational_temperature",
     "critical_points",
     "d_diffusion",
     "dwell_times",
@@ -48,11 +45,9 @@ __all__ = [
     "flights",
     "friction_torque",
     "kinetic_energy",
-    "kinetic_temperature",
     "local_slope",
     "magnetic_energy",
     "magnetic_energy_and_lift",
-    "metropolis",
     "minimum",
     "mode_temperatures",
     "momentum_balance",

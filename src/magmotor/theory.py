@@ -3,6 +3,7 @@
 from magmotor.device.step_limits import small_motion
 from magmotor.devices.ball.resting import resting_ball
 from magmotor.devices.ball.slip import eddy_drag
+from magmotor.devices.disk.gibbs import gibbs
 from magmotor.devices.disk.theory.closed_forms import (
     ballistic_coefficient,
     flat_x_diffusion,
@@ -65,6 +66,7 @@ __all__ = [
     "flat_x_diffusion",
     "friction_rates",
     "friction_step_limit",
+    "gibbs",
     "gibbs_deviations",
     "gibbs_mean_squares",
     "heat_rate",

@@ -160,7 +160,7 @@ def start_of(scene, model, data, replica):
 
 @cache
 def gibbs(scene):
-    return mm.gibbs(scene, REPLICAS, seed=1)
+    return mm.theory.gibbs(scene, REPLICAS, seed=1)
 
 
 RECOMMENDED = {

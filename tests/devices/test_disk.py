@@ -176,7 +176,7 @@ def test_lower_ballistic_bound_fails():
     the conditional expectations; t = 1000.
     """
     starts, paths, t = 300, 100, 1000.0
-    initial = {k: np.repeat(v, paths) for k, v in mm.gibbs(WARM, starts, seed=5).items()}
+    initial = {k: np.repeat(v, paths) for k, v in mm.theory.gibbs(WARM, starts, seed=5).items()}
     run = mm.simulate(
         WARM, method="variational/baoab", timestep=0.05, duration=t, replicas=starts * paths,
         seed=1, record_interval=20_000, initial=initial,
@@ -299,7 +299,7 @@ def test_stationary_law_is_gibbs(method, scene):
     timestep = 0.01 if method == "variational/euler" else 0.05
     run = mm.simulate(
         scene, method=method, timestep=timestep, duration=2000, replicas=100, seed=4,
-        record_interval=round(1 / timestep), initial=mm.gibbs(scene, 100, seed=4),
+        record_interval=round(1 / timestep), initial=mm.theory.gibbs(scene, 100, seed=4),
     )  # fmt: skip
     kT = theory.temperature(scene)
     laws = {
@@ -420,8 +420,8 @@ def anything(value) -> Any:
         (lambda: mm.Disk(friction_ratio=-1), "friction_ratio = -1: must be at least 0"),
         (lambda: mm.Disk(surface="ice"), "surface = 'ice': must be one of planar, plane"),
         (lambda: mm.LangevinParticle(friction=-1), "friction = -1: must be at least 0"),
-        (lambda: mm.gibbs(mm.Disk(noise=0.0), 3), "noise = 0.0: must be positive"),
-        (lambda: mm.gibbs(mm.LangevinParticle(), 3, d=1.0), "d = 1.0: must be None"),
+        (lambda: mm.theory.gibbs(mm.Disk(noise=0.0), 3), "noise = 0.0: must be positive"),
+        (lambda: mm.theory.gibbs(mm.LangevinParticle(), 3, d=1.0), "d = 1.0: must be None"),
     ],
 )
 def test_bad_scenes_are_named_with_value_and_bound(make, message):

@@ -234,7 +234,7 @@ def test_the_reduced_equation_in_a_potential_with_drag():
     scene = mm.Disk(drag=1e-3, rotational_drag=5e-4)
     run = mm.ensemble(
         scene, method="variational/baoab", timestep=0.05, duration=1000.0, replicas=4000, seed=5,
-        initial=mm.gibbs(scene, 4000, seed=6),
+        initial=mm.theory.gibbs(scene, 4000, seed=6),
     ).isel(time=-1)  # fmt: skip
     found = run.mean_square.sel(quantity="x")
     expected = theory.ReducedDisk(scene).msd_from_gibbs(1000.0)
@@ -263,7 +263,7 @@ def test_a_dataset_with_drag_is_made_again():
     (lambda: mm.Disk(rotational_drag=math.inf), "rotational_drag = inf: must be"),
     (lambda: mm.Disk(drag=0.1, surface="plane"), "drag = 0.1: must be zero when surface = 'plane'"),
     (lambda: mm.Disk(noise=0, drag_temperature=1.0), "drag_temperature = 1.0: must be zero or"),
-    (lambda: mm.gibbs(DRAG, 10), "drag_temperature = 60.0: must be None or 125, the disk's kT"),
+    (lambda: theory.gibbs(DRAG, 10), "drag_temperature = 60.0: must be None or 125, the disk's kT"),
     (lambda: theory.ReducedDisk(DRAG), "drag_temperature = 60.0: must be None or 125"),
     (lambda: theory.position_density(DRAG, 0), "drag_temperature = 60.0: must be None or 125"),
     (lambda: theory.flat_msd_from_gibbs(DRAG, 1), "drag_temperature = 60.0: must be None or 125"),

@@ -275,7 +275,7 @@ def test_mujocos_ensemble_has_the_same_statistics_on_the_same_noise():
 def test_gibbs_states_are_stationary():
     """Compare moments at the start and later, 20 000 replicas, within 4 standard errors."""
     scene = WARM.replace(potential="asymmetric")
-    initial = mm.gibbs(scene, 20_000, seed=1)
+    initial = mm.theory.gibbs(scene, 20_000, seed=1)
     run = mm.ensemble(
         scene, method="variational/baoab", timestep=0.05, duration=10.0, replicas=20_000, seed=1,
         initial=initial,
@@ -331,7 +331,7 @@ def test_a_diverging_ensemble_raises_with_its_records():
 
 def test_conditioning_on_d_does_not_change_the_slip():
     scene = mm.Disk(sigma=0.7)
-    state = mm.gibbs(scene, 40_000, seed=1, d=30.0)
+    state = mm.theory.gibbs(scene, 40_000, seed=1, d=30.0)
     d, slip = scene.sigma * state["omega"] - state["v"], state["v"] + state["omega"]
     np.testing.assert_allclose(d, 30.0, rtol=2e-14)  # 7e-16
     expected = theory.gibbs_mean_squares(scene)["slip"]
@@ -343,8 +343,8 @@ def test_conditioning_on_d_does_not_change_the_slip():
 def test_a_cold_state_is_drawn_from_an_asymmetric_well(noise):
     """The sum of coefficients overestimates its depth; with it, few samples are accepted."""
     scene = mm.Disk(potential="asymmetric", noise=noise)
-    x = np.sort(mm.gibbs(scene, 2000, seed=1)["x"])
+    x = np.sort(mm.theory.gibbs(scene, 2000, seed=1)["x"])
     reached = np.abs(theory.position_cdf(scene, x) - np.arange(2000) / 2000).max()
     assert reached < 0.044  # 0.019, 0.013; one in a thousand draws is beyond
     with pytest.raises(ValueError, match=r"noise = 1e-05: must be so large that beta max|U''|"):
-        mm.gibbs(scene.replace(noise=1e-5), 1)
+        mm.theory.gibbs(scene.replace(noise=1e-5), 1)

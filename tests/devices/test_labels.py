@@ -51,17 +51,13 @@ READ_FROM = {
 """The public observables that return labeled data, and the runs that each is tried on."""
 
 
-OF_ANY_MODEL = {"configurational_temperature", "kinetic_temperature", "metropolis"}
-"""Those that take a MuJoCo model instead of a run of a device."""
-
-
 def test_all_public_observables_of_runs_are_tried():
     labeled = {
         name
         for name in observables.__all__
         if get_type_hints(getattr(observables, name)).get("return") in (xr.Dataset, xr.DataArray)
     }
-    assert labeled == {*READ_FROM} | OF_ANY_MODEL
+    assert labeled == {*READ_FROM}
 
 
 UNITS: dict[str, dict[str, list[str]]] = {

@@ -468,7 +468,7 @@ def test_the_disk_reaches_the_error_of_its_temperature(noise):
     found = mm.recommend(scene, method="variational/baoab", quantity="temperature")
     run = mm.simulate(
         scene, method=found.method, timestep=found.timestep, duration=310, seed=1, replicas=10_000,
-        record_interval=int(10 / found.timestep), initial=mm.gibbs(scene, 10_000, seed=1),
+        record_interval=int(10 / found.timestep), initial=mm.theory.gibbs(scene, 10_000, seed=1),
     )  # fmt: skip
     slip = (run.v + run.omega).isel(time=slice(1, None))
     squares = float((slip**2).mean()) / mm.theory.gibbs_mean_squares(scene)["slip"]
@@ -497,7 +497,7 @@ def test_mujoco_reaches_the_error_of_noisy_scenes_by_default(scene, quantity, re
     interval = paths.DURATIONS[name] / paths.RECORDS
     number = math.ceil(interval / found.timestep)
     path = mm.noise.BrownianPath(seed=2, timestep=interval / (8 * number))
-    start = mm.gibbs(scene, replicas, seed=2) if isinstance(scene, mm.Disk) else None
+    start = mm.theory.gibbs(scene, replicas, seed=2) if isinstance(scene, mm.Disk) else None
     run, truth = (
         mm.simulate(
             scene, method=method, timestep=path.timestep * factor, path=path.coarsened(factor),

@@ -101,10 +101,10 @@ def test_a_run_that_was_interrupted_is_the_beginning():
 @pytest.mark.parametrize("scene", [mm.Disk(), mm.LangevinParticle()], ids=["disk", "particle"])
 def test_ensembles(scene):
     own = mm.ensemble(scene, burn_in=2.0, **ENSEMBLE)
-    warm = mm.ensemble(scene, initial=mm.gibbs(scene, 70), threads=1, **ENSEMBLE)
+    warm = mm.ensemble(scene, initial=mm.theory.gibbs(scene, 70), threads=1, **ENSEMBLE)
     assert not own.equals(warm)
     assert "initial_x" not in own
-    np.testing.assert_array_equal(warm.initial_x, mm.gibbs(scene, 70)["x"])
+    np.testing.assert_array_equal(warm.initial_x, mm.theory.gibbs(scene, 70)["x"])
     for run in (own, warm):
         assert_made_again(run)
 
@@ -232,7 +232,7 @@ def test_a_run_now_ends_earlier(rerun, disk_run, tmp_path, monkeypatch):
 
 def test_ensembles_whole_and_interrupted(rerun, tmp_path):
     path = tmp_path / "ensemble.nc"
-    whole = mm.ensemble(mm.Disk(), initial=mm.gibbs(mm.Disk(), 70), **ENSEMBLE)
+    whole = mm.ensemble(mm.Disk(), initial=mm.theory.gibbs(mm.Disk(), 70), **ENSEMBLE)
     whole.to_netcdf(path)
     assert rerun(path) == (0, "identical: 22 variables, 11 records\n", "")
     partial = whole.copy(deep=True).isel(time=slice(4)).assign_attrs(time_reached=3.0)

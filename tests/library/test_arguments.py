@@ -156,9 +156,9 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.slip_velocity: {**TURNING, "velocity": VECTOR},
     mm.observables.friction_torque: {"scene": TOP, "axis": VECTOR, "slip": VECTOR},
     mm.observables.flight_survival: {"run": RUNS["ensemble"]},
-    mm.observables.kinetic_temperature: STILL,
-    mm.observables.configurational_temperature: {**STILL, "forces": lambda data: -data.qpos},
-    mm.observables.metropolis: {
+    mm.kinetic_temperature: STILL,
+    mm.configurational_temperature: {**STILL, "forces": lambda data: -data.qpos},
+    mm.metropolis: {
         "model": PENDULUM, "kT": 1.0, "samples": 2, "replicas": 2, "seed": 1, "record_interval": 1,
         "burn_in": 1, "potential": lambda data: 0.0, "initial": [0.0],
     },
@@ -174,7 +174,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.noise.BrownianPath(1, 0.1).refined: {"halvings": 1},
     mm.noise.BrownianPath(1, 0.1).held: {"steps": 2, "window": 3},
     mm.noise.BrownianPath(1, 0.1).increments: {"steps": 2, "first": 0, "replica": 0, "channel": 0},
-    mm.gibbs: {"scene": DISK, "replicas": 3, "seed": 1, "d": 1.0},
+    mm.theory.gibbs: {"scene": DISK, "replicas": 3, "seed": 1, "d": 1.0},
     mm.ensemble: {
         "scene": DISK, **STEPS, "duration": 4.0, "replicas": 4, "seed": 1, "sample_interval": 10,
         "burn_in": 0.0, "initial": {"x": 1.0}, "trajectories": 1, "threads": 1, "checkpoint": None,
@@ -542,7 +542,7 @@ def records(**widths: int) -> xr.Dataset:
 NOISE, LIMITED = mm.JointNoise(chain(), 1.0), mm.Langevin(chain(), 1.0)
 FLUID = mm.JointNoise(chain(geom_fluid=math.inf), 1.0)
 metropolis, configurational_temperature = (
-    mm.observables.metropolis, mm.observables.configurational_temperature
+    mm.metropolis, mm.configurational_temperature
 )  # fmt: skip
 
 ANY_MODEL = [
@@ -579,7 +579,7 @@ ANY_MODEL = [
      r"^qfrc_applied of run has shape \(3,\): must have shape \(1,\)"),
     (lambda: configurational_temperature(**STILL, forces=lambda data: np.ones(1)),
      "^model = 'at the positions of run': some force of the position must act"),
-    (lambda: mm.observables.kinetic_temperature(
+    (lambda: mm.kinetic_temperature(
         PENDULUM, xr.Dataset({n: (("r", "t", "n"), np.ones((0, 9, 1))) for n in ("qpos", "qvel")})
      ), "^number of records of run = 0: must be at least 16"),
 ]  # fmt: skip

@@ -159,13 +159,13 @@ def test_the_forces_are_the_gradient_of_the_energy():
 def arm():
     """16 x 1000 positions and velocities of an arm at 2 J."""
     model = load(ARM)
-    run = mm.observables.metropolis(model, 2.0, samples=1000, seed=1, record_interval=3)
+    run = mm.metropolis(model, 2.0, samples=1000, seed=1, record_interval=3)
     return model, with_velocities(model, run, 2.0, seed=2)
 
 
 def test_kinetic_temperature(arm):
     model, run = arm
-    found = mm.observables.kinetic_temperature(model, run)
+    found = mm.kinetic_temperature(model, run)
     assert [*found.joint.values] == ["shoulder", "elbow", "joint 2"]
     assert (abs(found.temperature - 2) < SIGMAS * found.error).all()
     assert abs(found.total - 2) < SIGMAS * found.total_error
@@ -177,7 +177,7 @@ def test_a_hot_joint_is_detected(arm):
     """1.1 kT on the shoulder."""
     model, run = arm
     hot = run.assign(qvel=run.qvel * np.sqrt([1.1, 1.1, 1.1, 1, 1]))
-    found = mm.observables.kinetic_temperature(model, hot)
+    found = mm.kinetic_temperature(model, hot)
     scores = abs(found.temperature - 2) / found.error
     assert scores[0] > 2 * SIGMAS  # 35, by the inertia that couples the joints
 
@@ -185,7 +185,7 @@ def test_a_hot_joint_is_detected(arm):
 def test_the_mass_matrix_is_that_of_the_position(arm):
     """Velocities drawn at other positions are wrong by many errors."""
     model, run = arm
-    found = mm.observables.kinetic_temperature(model, run.assign(qpos=run.qpos[:, ::-1]))
+    found = mm.kinetic_temperature(model, run.assign(qpos=run.qpos[:, ::-1]))
     assert (abs(found.temperature - 2) / found.error).max() > 2 * SIGMAS  # 17
 
 
@@ -193,8 +193,8 @@ def test_one_chain_is_as_good_as_many(arm):
     """Without the dimension `replica`, the means of 8 batches give the error (t, 7 degrees)."""
     model, run = arm
     joined = run[["qpos", "qvel"]].stack(time=("replica", "sample")).transpose("time", ...)
-    many = mm.observables.kinetic_temperature(model, run)
-    one = mm.observables.kinetic_temperature(model, joined)
+    many = mm.kinetic_temperature(model, run)
+    one = mm.kinetic_temperature(model, joined)
     assert one.total == pytest.approx(float(many.total), rel=1e-14)
     assert 0.3 < one.total_error / many.total_error < 3  #
 
@@ -202,9 +202,7 @@ def test_one_chain_is_as_good_as_many(arm):
 def pendulum(kT, samples=1500, **options):
     """Return a double pendulum and 16 times as many positions."""
     model = load(DOUBLE)
-    run = mm.observables.metropolis(
-        model, kT, samples=samples, seed=1, record_interval=4, **options
-    )
+    run = mm.metropolis(model, kT, samples=samples, seed=1, record_interval=4, **options)
     return model, run
 
 
@@ -216,7 +214,7 @@ def double():
 def score(drawn, kT):
     """Return the difference of the configurational temperature from kT, in standard errors."""
     model, run = drawn
-    found = mm.observables.configurational_temperature(model, run)
+    found = mm.configurational_temperature(model, run)
     return float((found.temperature - kT) / found.error)
 
 
@@ -248,14 +246,14 @@ def test_configurational_temperature_of_a_ball_joint(arm):
 def test_configurational_temperature_of_every_kind_of_force():
     """Of all but dipoles, whose energy takes long; 16 x 100 positions."""
     model = load(EVERYTHING.replace("dipoles ", ""))
-    run = mm.observables.metropolis(model, 3, samples=100, burn_in=500, record_interval=2, seed=1)
+    run = mm.metropolis(model, 3, samples=100, burn_in=500, record_interval=2, seed=1)
     assert abs(score((model, run), 3)) < SIGMAS
 
 
 def test_configurational_temperature_of_dipoles():
     """A needle of 0.2 A m^2 at 0.2 m from a magnet of 3 A m^2: V = 7.5e-6 J cos q."""
     model = load(NEEDLE)
-    run = mm.observables.metropolis(
+    run = mm.metropolis(
         model,
         4e-6,
         samples=500,
@@ -270,9 +268,7 @@ def test_noise_does_not_act():
     run = xr.Dataset({"qpos": (("time", "nq"), np.linspace(-1, 1, 20)[:, np.newaxis])})
     noisy = NEEDLE.replace('"dipoles"', '"dipoles noise"')
     noisy = noisy.replace("<body>", '<body user="100 200 300 400 500 600">')
-    first, second = (
-        mm.observables.configurational_temperature(load(xml), run) for xml in (NEEDLE, noisy)
-    )
+    first, second = (mm.configurational_temperature(load(xml), run) for xml in (NEEDLE, noisy))
     assert first.identical(second)
 
 
@@ -286,8 +282,8 @@ def test_own_forces(double):
         return -2 * data.qfrc_bias
 
     few = run.isel(sample=slice(None, None, 20))
-    once = mm.observables.configurational_temperature(model, few)
-    found = mm.observables.configurational_temperature(model, few, twice)
+    once = mm.configurational_temperature(model, few)
+    found = mm.configurational_temperature(model, few, twice)
     for name in ("temperature", "error"):
         assert found[name] == pytest.approx(2 * float(once[name]), rel=1e-9)
 
@@ -302,7 +298,7 @@ def test_a_long_run_is_thinned(double):
         return -np.sin(data.qpos)
 
     long = xr.Dataset({"qpos": (("time", "nq"), np.tile(run.qpos.values.reshape(-1, 2), (2, 1)))})
-    mm.observables.configurational_temperature(model, long, forces)
+    mm.configurational_temperature(model, long, forces)
     assert len(calls) == 200_000
     assert (calls[0], calls[-5]) == (long.qpos[0, 0], long.qpos[-1, 0])
 
@@ -322,17 +318,17 @@ FEW = {"qpos": (("time", "nq"), np.zeros((20, 2))), "qvel": (("time", "nv"), np.
 def test_refused_runs(change, message):
     variables = {name: value for name, value in (FEW | change).items() if value is not None}
     with pytest.raises(ValueError, match=message):
-        mm.observables.kinetic_temperature(load(DOUBLE), xr.Dataset(variables))
+        mm.kinetic_temperature(load(DOUBLE), xr.Dataset(variables))
 
 
 def test_refused_short_runs_and_models_without_forces():
     run = xr.Dataset(FEW)
     model = load(DOUBLE)
     with pytest.raises(ValueError, match="number of records of run = 15: must be at least 16"):
-        mm.observables.kinetic_temperature(model, run.isel(time=slice(15)))
+        mm.kinetic_temperature(model, run.isel(time=slice(15)))
     model.opt.gravity[:] = 0
     with pytest.raises(ValueError, match="some force of the position must act"):
-        mm.observables.configurational_temperature(model, run)
+        mm.configurational_temperature(model, run)
 
 
 def test_refused_friction():
@@ -341,4 +337,4 @@ def test_refused_friction():
     run = xr.Dataset(FEW)
     message = "\"?geom 'floor' and geom 'hand'\"?: the contact has friction"
     with pytest.raises(ValueError, match=message):
-        mm.observables.configurational_temperature(load(xml), run)
+        mm.configurational_temperature(load(xml), run)

@@ -1,5 +1,7 @@
 """Values of a wrong type are rejected in one line that names the expected classes."""
 
+from typing import Any
+
 import mujoco
 import pytest
 
@@ -33,3 +35,12 @@ def test_a_message_shows_a_plain_number():
     )
     with pytest.raises(ValueError, match=r"inertia between .* = 1\.41\d*: must be zero"):
         mm.Baoab(model)
+
+
+def test_a_scene_for_a_model_and_a_model_for_a_scene_are_told_where_to_go():
+    scene: Any = mm.Top()
+    model: Any = mm.build(scene)
+    with pytest.raises(ValueError, match=r"MjModel, such as magmotor\.build\(scene\)$"):
+        mm.check(scene)
+    with pytest.raises(ValueError, match=r"by mujoco\.mj_step or magmotor\.Langevin$"):
+        mm.simulate(model, method="mujoco/euler", timestep=1e-3, duration=1.0)

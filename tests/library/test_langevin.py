@@ -646,7 +646,7 @@ def test_many_contacts_of_one_body_are_stable():
         record_interval=20,
         burn_in=2000 * langevin.timestep,
     )
-    found = mm.observables.kinetic_temperature(model, run)
+    found = mm.kinetic_temperature(model, run)
     assert abs(float(found.total) - 1e-3) < 0.3e-3  # 0.19e-3, by (omega h)^2/4
 
 
@@ -675,12 +675,10 @@ def test_the_check_wants_the_model_that_was_integrated():
         initial=data,
     )
     with pytest.raises(ValueError, match="model = 'another one': must be the effective_model"):
-        mm.observables.configurational_temperature(model, run)
-    found = mm.observables.configurational_temperature(langevin.effective_model, run)
+        mm.configurational_temperature(model, run)
+    found = mm.configurational_temperature(langevin.effective_model, run)
     assert abs(float(found.temperature) - 0.5) < 5 * float(found.error)
-    other = mm.observables.configurational_temperature(
-        langevin.effective_model, run.drop_vars("qfrc_applied")
-    )
+    other = mm.configurational_temperature(langevin.effective_model, run.drop_vars("qfrc_applied"))
     assert abs(float(other.temperature) - 0.5) > 5 * float(other.error)
 
 
@@ -761,7 +759,7 @@ def test_no_body_sleeps_in_the_steps_of_mujoco():
         record_interval=10,
         burn_in=1000 * langevin.timestep,
     )
-    found = mm.observables.kinetic_temperature(model, run)
+    found = mm.kinetic_temperature(model, run)
     assert abs(float(found.total) - 1e-12) < 5 * float(found.total_error)
     assert float(found.total_error) < 0.06e-12
 
@@ -829,8 +827,8 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref, mo
         record_interval=5,
         burn_in=1000 * langevin.timestep,
     )
-    found = mm.observables.kinetic_temperature(model, run)
-    truth = mm.observables.metropolis(
+    found = mm.kinetic_temperature(model, run)
+    truth = mm.metropolis(
         langevin.effective_model, 0.3, samples=2000, replicas=8, record_interval=5
     )
     # 2.5 standard errors, 1.7 %; the kinetic temperature is that of a velocity, second order in h.
@@ -906,7 +904,7 @@ def test_records_that_remember_their_start_are_warned_of():
             record_interval=10,
             burn_in=4000 * langevin.timestep,
         )
-    found = mm.observables.kinetic_temperature(langevin.model, run)
+    found = mm.kinetic_temperature(langevin.model, run)
     assert abs(float(found.total) / 1e-3 - 0.501) < 5 * float(found.total_error) / 1e-3
     assert float(found.total_error) < 0.016e-3
 

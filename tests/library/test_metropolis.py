@@ -123,7 +123,7 @@ NEEDLE = """
 
 def sampled(xml, kT, **options):
     model = mujoco.MjModel.from_xml_string(xml)
-    return mm.observables.metropolis(model, kT, seed=1, **options)
+    return mm.metropolis(model, kT, seed=1, **options)
 
 
 def deviation(series, truth):
@@ -263,9 +263,9 @@ def test_the_seed_determines_the_chains():
     """The number of replicas does not change the first ones."""
     model = mujoco.MjModel.from_xml_string(CART)
     few: Any = {"samples": 20, "burn_in": 20}
-    first = mm.observables.metropolis(model, 1.0, replicas=2, **few)
-    more = mm.observables.metropolis(model, 1.0, replicas=3, **few)
-    other = mm.observables.metropolis(model, 1.0, replicas=2, seed=1, **few)
+    first = mm.metropolis(model, 1.0, replicas=2, **few)
+    more = mm.metropolis(model, 1.0, replicas=3, **few)
+    other = mm.metropolis(model, 1.0, replicas=2, seed=1, **few)
     assert first.qpos.identical(more.qpos[:2])
     assert not (first.qpos == other.qpos).any()
     assert not (more.qpos[0] == more.qpos[2]).any()
@@ -274,14 +274,14 @@ def test_the_seed_determines_the_chains():
 def test_the_model_is_unchanged():
     model = mujoco.MjModel.from_xml_string(CART)
     flags = model.opt.disableflags, model.opt.enableflags
-    mm.observables.metropolis(model, 1.0, samples=2, burn_in=2)
+    mm.metropolis(model, 1.0, samples=2, burn_in=2)
     assert (model.opt.disableflags, model.opt.enableflags) == flags
 
 
 def test_chains_begin_where_they_are_told():
     """Quaternions are normalized."""
     model = mujoco.MjModel.from_xml_string(BALL)
-    run = mm.observables.metropolis(
+    run = mm.metropolis(
         model,
         1.0,
         samples=3,

@@ -86,7 +86,7 @@ def test_an_arm_that_folds_over_its_limited_axis_keeps_its_temperature():
         record_interval=20,
         burn_in=10_000 * langevin.timestep,
     )
-    found = mm.observables.kinetic_temperature(model, run)
+    found = mm.kinetic_temperature(model, run)
     assert (abs(found.temperature - 0.2) < 4.5 * found.error).all()  # errors: 2.5 and 7 %
     data, virial = mujoco.MjData(model), np.zeros(run.qpos.shape[:2])
     excess = abs(run.qpos.values[..., 0]) - model.jnt_range[0, 1]

@@ -358,7 +358,7 @@ def test_flights_of_the_disk_have_a_heavy_tail():
         duration=40_000,
         replicas=500,
         seed=1,
-        initial=mm.gibbs(disk, 500, seed=1),
+        initial=mm.theory.gibbs(disk, 500, seed=1),
         sample_interval=100,
     )
     found = mm.observables.flight_survival(run)

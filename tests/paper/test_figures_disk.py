@@ -72,7 +72,7 @@ def warm():
     scene = mm.Disk()
     return mm.ensemble(
         scene, method="variational/baoab", timestep=0.05, duration=500, replicas=1000, seed=2,
-        initial=mm.gibbs(scene, 1000, seed=1),
+        initial=mm.theory.gibbs(scene, 1000, seed=1),
     )  # fmt: skip
 
 
@@ -170,7 +170,7 @@ def test_flights_by_the_reduced_equation_are_those_of_a_simulation_with_constant
     scene = mm.Disk(potential="flat", drag=1e-2, rotational_drag=5e-3)
     run = mm.ensemble(
         scene, method="variational/baoab", timestep=0.1, duration=4e3, replicas=4096, seed=7,
-        sample_interval=2, initial=mm.gibbs(scene, 4096, seed=8),
+        sample_interval=2, initial=mm.theory.gibbs(scene, 4096, seed=8),
     )  # fmt: skip
     begins = 0.2 * 2**9, 0.2 * 2**10
     slopes, _ = flight_law.measured_slopes(run, begins)

@@ -192,7 +192,7 @@ def test_the_chain_has_the_temperature_and_the_law_of_boltzmann(example):
     law, uncertainty = cosines_of_a_chain(chain, model, 40_000)
     off = abs(mean - law) / np.hypot(error, uncertainty)
     assert off.max() < 5  # 2.3; 8.2 without the factor sqrt(det M), 6.0 at 1.1 kT
-    kinetic = mm.observables.kinetic_temperature(model, run)
+    kinetic = mm.kinetic_temperature(model, run)
     off = abs(kinetic.temperature / chain.KT - 1) / (kinetic.error / chain.KT)
     assert off.max() < 5  # 1.1
     assert abs(kinetic.total - chain.KT) < 5 * kinetic.total_error  # 1.0, of an error of 1 %
@@ -229,7 +229,7 @@ def test_the_beads_fold_as_they_cool_and_open_again(example):
         burn_in=400 * langevin.timestep,
         initial=data,
     )
-    kinetic = mm.observables.kinetic_temperature(model, run)
+    kinetic = mm.kinetic_temperature(model, run)
     assert abs(kinetic.total - 5e-4) < 5 * kinetic.total_error  # 0.02, of an error of 2 %
 
 
@@ -321,7 +321,7 @@ def test_the_beads_assemble_into_chains_and_rings(example):
         assert 0 < energy - law < 3 * kT  # 0.2 to 0.6: an open chain bends
     late = motion.isel(time=slice(40, None))
     # 3 replicas of 120 records: one in 1000 seeds fails.
-    kinetic = mm.observables.kinetic_temperature(model, late)
+    kinetic = mm.kinetic_temperature(model, late)
     assert abs(kinetic.total - kT) < 5 * kinetic.total_error  # 0.5, of an error of 1.1 %
 
 

@@ -201,17 +201,17 @@ BY_NAME: dict[str, list[str]] = {
     "add_iron.geoms": ["[drafted().geom('ball')]", "drafted().geoms"],
     "add_iron.name": ["'iron'", "'iron_2'"],
     "Magnet.dipoles.gap": ["0.01", "0.02"], "Magnet.mjcf.gap": ["0.01", "0.02"],
-    "observables.metropolis.model": ["model({kind})"],
-    "observables.metropolis.samples": ["3"], "observables.metropolis.burn_in": ["0", "5"],
-    "observables.metropolis.replicas": ["2"],
-    "observables.metropolis.potential": ["None", "lambda data: 0.0",
+    "metropolis.model": ["model({kind})"],
+    "metropolis.samples": ["3"], "metropolis.burn_in": ["0", "5"],
+    "metropolis.replicas": ["2"],
+    "metropolis.potential": ["None", "lambda data: 0.0",
                                          "lambda data: float(data.qpos[0] ** 2)"],
-    "observables.metropolis.initial": ["None", "model({kind}).qpos0"],
-    "observables.kinetic_temperature.model": ["model({kind})"],
-    "observables.kinetic_temperature.run": ["sampled({kind})"],
-    "observables.configurational_temperature.model": ["model({kind})"],
-    "observables.configurational_temperature.run": ["sampled({kind})"],
-    "observables.configurational_temperature.forces":
+    "metropolis.initial": ["None", "model({kind}).qpos0"],
+    "kinetic_temperature.model": ["model({kind})"],
+    "kinetic_temperature.run": ["sampled({kind})"],
+    "configurational_temperature.model": ["model({kind})"],
+    "configurational_temperature.run": ["sampled({kind})"],
+    "configurational_temperature.forces":
         ["None", "lambda data: -np.ones(model({kind}).nv)", "lambda data: 0 * data.qvel - 1"],
 }  # fmt: skip
 
@@ -375,18 +375,18 @@ HOSTILE = {
     "Langevin.rollout.control_spec": [
         *NUMBERS, *(f"2**{bit}" for bit in range(16)), "ALL_OF_STATE",
     ],
-    "observables.metropolis.initial": [
+    "metropolis.initial": [
         *(damage.replace("{}", f"model({name!r}).qpos0") for damage in ARRAYS for name in TREES),
         *NUMBERS,
     ],
-    "observables.metropolis.potential": [
+    "metropolis.potential": [
         *(f"lambda data: {value}" for value in (
             "nan", "inf", "-inf", "1e300", "-1e300", "'a'", "None", "[1.0]", "np.ones(3)", "1j",
             "np.float32(1)", "True", "10**400", "data", "np.ma.masked", "np.array(1.0)",
             "changed(data, 'qpos', nan).qpos[0]", "np.float64(nan)", "Decimal('0.1')")),
         *("3", "'x'", "[]"),
     ],
-    "observables.configurational_temperature.forces": [
+    "configurational_temperature.forces": [
         *(f"lambda data: {value}" for value in (
             "nan", "1.0", "[]", "None", "'a'", "np.ones(1)", "np.ones(100)", "data.qvel * nan",
             "data.qvel + inf", "data.qvel + 1e300", "data.qvel + 1j", "0 * data.qvel",

@@ -50,6 +50,8 @@ def check_type(name: str, value: Any, *classes: type) -> None:
         sentence = f"must be an instance of {', '.join(first)}{' or ' * bool(first)}{last}"
         if last == "mujoco.MjModel" and isinstance(value, (str, os.PathLike)):
             sentence += ", such as mujoco.MjModel.from_xml_path(...)"
+        elif last == "mujoco.MjModel" and hasattr(type(value), "registered"):
+            sentence += ", such as magmotor.build(scene)"
         elif first and type(value).__name__ == "MjModel":
             sentence += "; step models of your own by mujoco.mj_step or magmotor.Langevin"
         raise ArgumentError(name, value, sentence)

@@ -115,7 +115,7 @@ def metropolis(  # noqa: PLR0913 (options)
     ... <mujoco><worldbody><body>
     ...   <joint axis="0 1 0"/><inertial pos="0 0 -1" mass="1" diaginertia="1 1 1"/>
     ... </body></worldbody></mujoco>''')
-    >>> run = mm.observables.metropolis(model, kT=9.81, seed=1)
+    >>> run = mm.metropolis(model, kT=9.81, seed=1)
     >>> round(float(np.cos(run.qpos).mean()), 2)  # I_1(1)/I_0(1) = 0.446
     0.45
     """
