@@ -75,6 +75,62 @@ def next_moment(moments, radius):
 
 
 @subroutine(inline="always")
+def _dot(a, b):
+    return inner(a[0], a[1], a[2], b[0], b[1], b[2])
+
+
+@subroutine(inline="always")
+def _times(m, a):
+    """Return the product of a symmetric matrix (xx, xy, xz, yy, yz, zz) and a vector."""
+    return (
+        inner(m[0], m[1], m[2], a[0], a[1], a[2]),
+        inner(m[1], m[3], m[4], a[0], a[1], a[2]),
+        inner(m[2], m[4], m[5], a[0], a[1], a[2]),
+    )
+
+
+@subroutine(inline="always")
+def _vector_sum(a, i, b, j, c, k):
+    """Return a i + b j + c k."""
+    return (
+        fused(a[0], i, fused(b[0], j, c[0] * k)),
+        fused(a[1], i, fused(b[1], j, c[1] * k)),
+        fused(a[2], i, fused(b[2], j, c[2] * k)),
+    )
+
+
+@subroutine(inline="always")
+def _matrix_sum(a, i, b, j):
+    """Return a i + b j."""
+    return (
+        fused(a[0], i, j * b[0]),
+        fused(a[1], i, j * b[1]),
+        fused(a[2], i, j * b[2]),
+        fused(a[3], i, j * b[3]),
+        fused(a[4], i, j * b[4]),
+        fused(a[5], i, j * b[5]),
+    )
+
+
+@subroutine(inline="always")
+def _vector(table, row, c):
+    return broadcast(table[row, c]), broadcast(table[row, c + 1]), broadcast(table[row, c + 2])
+
+
+@subroutine(inline="always")
+def _matrix(table, row, c, xx, xy, xz, yy, yz, zz):
+    """Return the elements of a symmetric matrix, whose columns are counted from c on."""
+    return (
+        broadcast(table[row, c + xx]),
+        broadcast(table[row, c + xy]),
+        broadcast(table[row, c + xz]),
+        broadcast(table[row, c + yy]),
+        broadcast(table[row, c + yz]),
+        broadcast(table[row, c + zz]),
+    )
+
+
+@subroutine(inline="always")
 def multipole_force_and_field(table, k, c, x, y, z, ax, ay, az):
     """Return force on and field at dipoles (ax, ay, az), at (x, y, z) from the moments' center.
 
@@ -83,94 +139,36 @@ def multipole_force_and_field(table, k, c, x, y, z, ax, ay, az):
     It lacks the factor mu0/(4 pi). With h = p/r^3 + 2 Q.r/r^5 + 3 O:rr/r^7 and
     g = 3 (p.r)/r^5 + 5 (r.Q.r)/r^7 + 7 (O:rrr)/r^9, the field is B = g r - h.
     """
-    px, py, pz = broadcast(table[k, c]), broadcast(table[k, c + 1]), broadcast(table[k, c + 2])
-    qxx, qxy, qxz = (
-        broadcast(table[k, c + 3]),
-        broadcast(table[k, c + 4]),
-        broadcast(table[k, c + 5]),
-    )
-    qyy, qyz, qzz = (
-        broadcast(table[k, c + 6]),
-        broadcast(table[k, c + 7]),
-        broadcast(table[k, c + 8]),
-    )
-    oxxx, oxxy, oxxz = (
-        broadcast(table[k, c + 9]),
-        broadcast(table[k, c + 10]),
-        broadcast(table[k, c + 11]),
-    )
-    oxyy, oxyz, oxzz = (
-        broadcast(table[k, c + 12]),
-        broadcast(table[k, c + 13]),
-        broadcast(table[k, c + 14]),
-    )
-    oyyy, oyyz, oyzz = (
-        broadcast(table[k, c + 15]),
-        broadcast(table[k, c + 16]),
-        broadcast(table[k, c + 17]),
-    )
-    ozzz = broadcast(table[k, c + 18])
+    r, a = (x, y, z), (ax, ay, az)
+    p, q = _vector(table, k, c), _matrix(table, k, c + Q, 0, 1, 2, 3, 4, 5)
+    o_x = _matrix(table, k, c + O, 0, 1, 2, 3, 4, 5)
+    o_y = _matrix(table, k, c + O, 1, 3, 4, 6, 7, 8)
+    o_z = _matrix(table, k, c + O, 2, 4, 5, 7, 8, 9)
     two, three, five, seven = broadcast(2.0), broadcast(3.0), broadcast(5.0), broadcast(7.0)
-    i2 = broadcast(1.0) / inner(x, y, z, x, y, z)
+    i2 = broadcast(1.0) / _dot(r, r)
     i3 = i2 * square_root(i2)
     i5 = i3 * i2
     i7 = i5 * i2
     i9 = i7 * i2
-    txx, txy, txz = (
-        inner(oxxx, oxxy, oxxz, x, y, z),
-        inner(oxxy, oxyy, oxyz, x, y, z),
-        inner(oxxz, oxyz, oxzz, x, y, z),
-    )
-    tyy, tyz, tzz = (
-        inner(oxyy, oyyy, oyyz, x, y, z),
-        inner(oxyz, oyyz, oyzz, x, y, z),
-        inner(oxzz, oyzz, ozzz, x, y, z),
-    )
-    ux, uy, uz = (
-        inner(qxx, qxy, qxz, x, y, z),
-        inner(qxy, qyy, qyz, x, y, z),
-        inner(qxz, qyz, qzz, x, y, z),
-    )
-    vx, vy, vz = (
-        inner(txx, txy, txz, x, y, z),
-        inner(txy, tyy, tyz, x, y, z),
-        inner(txz, tyz, tzz, x, y, z),
-    )
-    p_r, q_r, o_r, a_r = (
-        inner(px, py, pz, x, y, z),
-        inner(ux, uy, uz, x, y, z),
-        inner(vx, vy, vz, x, y, z),
-        inner(ax, ay, az, x, y, z),
-    )
-    g3, g5, g7 = three * p_r * i5, five * q_r * i7, seven * o_r * i9
-    g = g3 + g5 + g7
+    t_x, t_y, t_z = _times(o_x, r), _times(o_y, r), _times(o_z, r)
+    t = (t_x[0], t_x[1], t_x[2], t_y[1], t_y[2], t_z[2])  # O.r, symmetric
+    u, v = _times(q, r), _times(t, r)
+    g3 = three * _dot(p, r) * i5
+    g5 = five * _dot(u, r) * i7
+    g7 = seven * _dot(v, r) * i9
+    g, a_r = g3 + g5 + g7, _dot(a, r)
     two5, three7 = two * i5, three * i7
-    bx = fused(g, x, negative(fused(px, i3, fused(ux, two5, vx * three7))))
-    by = fused(g, y, negative(fused(py, i3, fused(uy, two5, vy * three7))))
-    bz = fused(g, z, negative(fused(pz, i3, fused(uz, two5, vz * three7))))
-    # The gradient of g is s - (5 g3 + 7 g5 + 9 g7) r/r^2; that of h is p's part of s, and (w).
-    three5, ten7, ones9 = three * i5, two * five * i7, three * seven * i9
-    sx = fused(px, three5, fused(ux, ten7, vx * ones9))
-    sy = fused(py, three5, fused(uy, ten7, vy * ones9))
-    sz = fused(pz, three5, fused(uz, ten7, vz * ones9))
+    h = _vector_sum(p, i3, u, two5, v, three7)
+    # The gradient of g is s - (5 g3 + 7 g5 + 9 g7) r/r^2; that of h is p's part of s, and w.
+    s = _vector_sum(p, three * i5, u, two * five * i7, v, three * seven * i9)
     steep = negative(i2) * fused(five, g3, fused(seven, g5, broadcast(9.0) * g7))
-    both = fused(steep, a_r, inner(ax, ay, az, sx, sy, sz))
-    six7 = two * three7
-    wxx, wxy, wxz = (
-        fused(qxx, two5, six7 * txx),
-        fused(qxy, two5, six7 * txy),
-        fused(qxz, two5, six7 * txz),
-    )
-    wyy, wyz, wzz = (
-        fused(qyy, two5, six7 * tyy),
-        fused(qyz, two5, six7 * tyz),
-        fused(qzz, two5, six7 * tzz),
-    )
+    both = fused(steep, a_r, _dot(a, s))
+    w_a = _times(_matrix_sum(q, two5, t, two * three7), a)
     return (
-        fused(both, x, fused(g, ax, fused(a_r, sx, negative(inner(wxx, wxy, wxz, ax, ay, az))))),
-        fused(both, y, fused(g, ay, fused(a_r, sy, negative(inner(wxy, wyy, wyz, ax, ay, az))))),
-        fused(both, z, fused(g, az, fused(a_r, sz, negative(inner(wxz, wyz, wzz, ax, ay, az))))),
-        bx,
-        by,
-        bz,
+        fused(both, x, fused(g, ax, fused(a_r, s[0], negative(w_a[0])))),
+        fused(both, y, fused(g, ay, fused(a_r, s[1], negative(w_a[1])))),
+        fused(both, z, fused(g, az, fused(a_r, s[2], negative(w_a[2])))),
+        fused(g, x, negative(h[0])),
+        fused(g, y, negative(h[1])),
+        fused(g, z, negative(h[2])),
     )
