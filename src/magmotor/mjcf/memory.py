@@ -185,21 +185,24 @@ def numbers(address, rows, columns):
     return carray(_pointer(address), (rows, columns), np.float64)
 
 
-@subroutine(forceinline=True)
-def borrowed(array):
-    """Return a view of a caller's array without reference counting, which slows loops down."""
-    return carray(_pointer(array.ctypes.data), array.shape, array.dtype)
+@intrinsic
+def borrowed(typingctx, value):
+    """Return a caller's array, or a tuple of some, without reference counts, which slow loops."""
 
+    def without_counts(context, builder, kind, value):
+        if isinstance(kind, types.Array):
+            array = context.make_array(kind)(context, builder, value)
+            array.meminfo = array.parent = ir.Constant(ir.IntType(8).as_pointer(), None)
+            return array._getvalue()
+        for i, element in enumerate(kind if isinstance(kind, types.BaseTuple) else ()):
+            part = without_counts(context, builder, element, builder.extract_value(value, i))
+            value = builder.insert_value(value, part, i)
+        return value
 
-def borrower(kind):
-    """Return a compiled function that applies `borrowed` to all arrays of a named tuple."""
-    views = (
-        f"t.{name}" if hint in (bool, int, float) else f"borrowed(t.{name})"
-        for name, hint in kind.__annotations__.items()
-    )
-    scope = {"kind": kind, "borrowed": borrowed, "__name__": __name__}
-    exec(f"def borrow(t):\n    return kind({', '.join(views)})", scope)
-    return subroutine(forceinline=True)(scope["borrow"])
+    def codegen(context, builder, signature, args):
+        return without_counts(context, builder, signature.args[0], args[0])
+
+    return value(value), codegen
 
 
 @subroutine(forceinline=True)

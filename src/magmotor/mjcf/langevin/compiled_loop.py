@@ -26,7 +26,6 @@ from magmotor.mjcf.langevin.step_coefficients import (
     LAST_TWIST,
     QUATERNION,
     TWIST,
-    StepCoefficients,
 )
 from magmotor.mjcf.langevin.thermostat import BY_TIME, LOST
 from magmotor.mjcf.reports import report
@@ -78,11 +77,7 @@ def _advance(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        coefficients, path, work = (
-            _borrowed(coefficients),
-            memory.borrowed(path),
-            memory.borrowed(work),
-        )
+        coefficients, path, work = memory.borrowed((coefficients, path, work))
         n, nq, channels = len(coefficients.kick), int(m[offsets.nq // 8]), coefficients.channels
         qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
         qpos = memory.numbers(d[offsets.qpos // 8], 1, memory.UNBOUNDED)[0]
@@ -125,24 +120,6 @@ def _advance(checksum: int, offsets: layout.Layout):
             done += 1
 
     return advance
-
-
-@subroutine(forceinline=True)
-def _borrowed(coefficients):
-    """Return the coefficients with views of their arrays; see `memory.borrowed`."""
-    return StepCoefficients(
-        coefficients.timestep,
-        memory.borrowed(coefficients.kick),
-        memory.borrowed(coefficients.force),
-        memory.borrowed(coefficients.bodies),
-        memory.borrowed(coefficients.wrenches),
-        memory.borrowed(coefficients.starts),
-        memory.borrowed(coefficients.columns),
-        memory.borrowed(coefficients.values),
-        coefficients.channels,
-        memory.borrowed(coefficients.balls),
-        memory.borrowed(coefficients.ratios),
-    )
 
 
 @subroutine(forceinline=True)

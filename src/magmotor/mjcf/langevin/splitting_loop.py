@@ -23,7 +23,6 @@ from magmotor.mjcf.langevin.position_forces import (
     constraint_count,
 )
 from magmotor.mjcf.langevin.thermostat import LOST
-from magmotor.mjcf.langevin.tree import Dampers, Room, Tree
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.subroutine import subroutine
 
@@ -42,9 +41,6 @@ _FUNCTIONS = {
     "mj_step": types.void(_word, _word),
 }
 _take_step = types.ExternalFunction("mj_step", _FUNCTIONS["mj_step"])
-
-
-_borrow_tree, _borrow_dampers, _borrow_room = map(memory.borrower, (Tree, Dampers, Room))
 
 
 @cache
@@ -84,8 +80,9 @@ def _advance(checksum: int, offsets: layout.Layout):
             `every` steps, if it has rows.
         """
         _ = checksum
-        tree, dampers, room = _borrow_tree(tree), _borrow_dampers(dampers), _borrow_room(room)
-        parts, path, out = memory.borrowed(parts), memory.borrowed(path), memory.borrowed(out)
+        tree, dampers, parts, path, room, out = memory.borrowed(
+            (tree, dampers, parts, path, room, out)
+        )
         d = memory.words(data, memory.UNBOUNDED)
         n = len(tree.bodies)
         nq = len(room.qpos)
