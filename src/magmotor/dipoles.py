@@ -80,9 +80,11 @@ def sum_over_sources(target, label, sources, count):
     for j in range(0, count, COUNT):
         x, y, z = tx - load(sources, 0, j), ty - load(sources, 1, j), tz - load(sources, 2, j)
         mx, my, mz = load(sources, 3, j), load(sources, 4, j), load(sources, 5, j)
+        # At an infinite distance, all terms of the own rigid body are zero, without a branch.
         square = where_equal(load(sources, 6, j), own, far, inner(x, y, z, x, y, z))
         square = where_less(number, end, square, far)
         number = number + step
+        # Coincidence is judged once, after the loop, where the sums are infinite or NaN.
         nearest = where_less(square, nearest, square, nearest)
         inverse = one / square
         cubed = inverse * square_root(inverse)
@@ -91,6 +93,7 @@ def sum_over_sources(target, label, sources, count):
         near, cross = scale * radial_b, scale * radial_a
         both = scale * fused(five * radial_a * inverse, radial_b, inner(ax, ay, az, mx, my, mz))
         less = zero - cubed
+        # Of (b.r) a, the target's a is a factor common to all sources: it multiplies the sum.
         along = along + near
         fx = fused(both, x, fused(cross, mx, fx))
         fy = fused(both, y, fused(cross, my, fy))

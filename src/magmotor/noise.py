@@ -76,6 +76,7 @@ def _mix(x, y, rotation):
 def threefry(x, y, key0, key1):
     """Encrypt the counter (x, y) with 13 rounds of Threefry-2x64; all arguments are uint64."""
     key2 = _PARITY ^ key0 ^ key1
+    # Rotations of Salmon et al. (2011); a key is added after every four rounds.
     x, y = _mix(x + key0, y + key1, 16)
     x, y = _mix(x, y, 42)
     x, y = _mix(x, y, 12)
@@ -97,8 +98,10 @@ def box_muller(x, y):
 
     The radius (at most 8.49) uses 52 bits; the angle uses 52 bits for half a turn, and a sign bit.
     """
+    # 52 bits make a float in [1, 2); two minus it is in (0, 1], where the logarithm is finite.
     radius = math.sqrt(-2.0 * logarithm(2.0 - bits_as_float((x >> np.uint64(12)) | _ONE)))
     angle = 0.5 * (bits_as_float((y >> np.uint64(12)) | _ONE) - 1.5)
+    # The sign bit turns the angle's half circle into a whole one.
     signed = bits_as_float(float_as_bits(radius) | (y << np.uint64(63)))
     return signed * cosine_of_quarter(angle), radius * sine_of_quarter(angle)
 
@@ -107,6 +110,7 @@ def box_muller(x, y):
 def _normal(seed, replica, step, channel):
     """Return the standard normal number of a step; two steps share a block."""
     x, y = threefry(np.uint64(step >> 1), np.uint64(channel), np.uint64(seed), np.uint64(replica))
+    # Both are computed again for the other step: nothing is stored, and any step can be asked for.
     even, odd = box_muller(x, y)
     return odd if step & 1 else even
 
@@ -132,6 +136,7 @@ def _compiled_normal(checksum: int):
             return total / math.sqrt(factor)
         if level >= HELD:
             sample, window = step // factor, level - HELD
+            # Number k + window of the same sequence: what is added now is taken back later.
             value = _normal(seed, replica, sample + window, channel)
             if window > 0:
                 value = math.sqrt(0.5) * (value - _normal(seed, replica, sample, channel))

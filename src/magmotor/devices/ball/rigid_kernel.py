@@ -98,6 +98,7 @@ def _normals(replica, step, path, bodies):
             normal(seed, replica, step, 1, factor, level),
         )
         channel = 2
+    # `drag_normals` draws from these channels.
     if bodies.drag_noise > 0.0:
         channel += 2
     if bodies.rotational_drag_noise > 0.0:
@@ -128,8 +129,10 @@ def _advance(checksum: int, splits: bool, by_cayley: bool, surrounded: bool):
         for replica in range(rows[0], rows[1]):
             ball, ring, sums, ring_sums = _unpack(states[replica])
             force, torque, on_ring = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+            # Step -1 moves nothing: it finds the force that the first kick needs.
             for n in range(coefficients.before, recorded.shape[0] * interval):
                 start, u, u_ring = ball, slip(ball, bodies.radius), ring[1]
+                # Once a step: only schemes in which a single part is noisy take noise.
                 xi, xi_ring = _normals(replica, first + n, path, bodies)
                 if surrounded:
                     others = drag_normals(replica, first + n, path, bodies, drag)
@@ -169,6 +172,7 @@ def _advance(checksum: int, splits: bool, by_cayley: bool, surrounded: bool):
                         if has_ring:
                             ring = drifted_ring(ring, coefficients.numbers[part, 0], bodies)
                         continue
+                    # Heat and work follow from the velocities at both ends of O, which is exact.
                     earlier, turned = ball, ring
                     ball = acted_on_ball(ball, row, kicks, friction, force, torque, bodies)
                     if has_ring:

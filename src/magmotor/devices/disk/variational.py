@@ -113,6 +113,7 @@ def kernel(scene: Disk | LangevinParticle, scheme: str) -> Any:
 @subroutine(forceinline=True)
 def _force(turns, force, sines):
     """Sum the Fourier series of -U' by Clenshaw's method; `sines`: the potential has no cosines."""
+    # x is in turns, whose reduction to one period is exact however far a flight has gone.
     c = cosine(turns)
     a1, a2, b1, b2 = 0.0, 0.0, 0.0, 0.0
     for k in range(len(force)):
@@ -153,6 +154,7 @@ def _advance(
             lanes = min(LANES, states.shape[1] - group)
             for row in range(4):
                 copy(work[row, :lanes], states[row, group:])
+            # The first step of a call has no earlier one whose last force it could use.
             if carried:
                 for i in range(lanes):
                     forces[i] = _force(x[i], force, sines)
@@ -160,6 +162,7 @@ def _advance(
             for record in range(recorded.shape[0]):
                 for _ in range(interval):
                     if factor == 1 and level == 0:
+                        # A block of random words serves an even step and the next one.
                         if step & 1 == 0 or step == first:
                             for draw in range(channels * draws):
                                 # Two short loops, since the processor overlaps less of a long one.
@@ -188,6 +191,7 @@ def _advance(
                             if parts[part] == 0:
                                 x_i = fused(rule.turns, v_i, x_i)
                                 theta_i = fused(rule.angle, omega_i, theta_i)
+                            # Constants of this kernel: parts are unrolled, and no branch is left.
                             if needs_force[part]:
                                 force_i = _force(x_i, force, sines)
                             if o_part[part]:

@@ -164,6 +164,7 @@ def compiled(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         fingerprint = np.int64(fingerprint_of(m, offsets))
+        # A slot for a few addresses: a model that shares one is checked again, which is safe.
         checked = memory.words(_checked_address() + 8 * memory.spread(model, BITS), 1)
         if again or checked[0] != model ^ fingerprint:
             if invalid_index(model, memory.details_on_stack()) >= 0:
@@ -172,6 +173,7 @@ def compiled(checksum: int, offsets: layout.Layout):
             checked[0] = model ^ fingerprint
         first = _lists_address() + 8 * (fingerprint & ((1 << BITS) - 1))
         table = memory.load_shared(first)
+        # By what it declares, not by its address, which a new model can inherit.
         while table != 0 and header(table).fingerprint != fingerprint:
             table = header(table).next
         if table == 0:
@@ -182,6 +184,7 @@ def compiled(checksum: int, offsets: layout.Layout):
             header(table).fingerprint = fingerprint
             # Should another thread do the same now, one of the tables is not found again.
             header(table).next = memory.load_shared(first)
+            # Last, so that other threads see a complete table or none.
             memory.store_shared(first, table)
         return table
 
@@ -200,6 +203,7 @@ def _read(m, offsets):
         refuse(table, True, errors.MARK, -1)
         kinds = 0
     complete = True
+    # Most models declare sites only: what reads tuples is compiled when one has some.
     if not _has_elements(m, offsets):
         read_magnets(table, False, m, offsets)
     elif elements_are_readable():

@@ -96,6 +96,7 @@ def _forward(checksum: int):
         _ = checksum
         arguments = model, data, table, kinds, applied, generalized, later, error
         if kinds >= 0 and kinds & (FIELDS | COILS | IRON):
+            # Fields, coils and iron are compiled when a first model has them.
             if _all_are_ready():
                 return _all(arguments)
             memory.words(error, 1)[0] = errors.UNLOADED if loading_failed() else -1
@@ -114,10 +115,12 @@ def _apply_forces(checksum: int, offsets: layout.Layout, everything: bool):
         words = memory.words(error, errors.WORDS)
         wrenches = memory.numbers(applied, memory.UNBOUNDED, 6)
         forces = memory.numbers(generalized, 1, memory.UNBOUNDED)[0]
+        # Numbers may have changed since the last step; those of large tables are read once.
         find_error(model, table, kinds, False, error)
         if words[0] >= 0:
             return 0
         m, d = memory.words(model, memory.UNBOUNDED), memory.words(data, memory.UNBOUNDED)
+        # Noise clears the rows of its bodies, before magnetism fills some of them.
         acting, found = 0, errors.NO_ERROR
         if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             found = _begin_noise(model, data, m, d, offsets, wrenches)

@@ -183,6 +183,7 @@ def sum_on_block(b, tiles, nodes, book, first, last):
     radius, reach = nodes[leaf, RADIUS], book[b, REACH]
     nearest = separate = broadcast(SEPARATE)
     fx = fy = fz = bx = by = bz = broadcast(0.0)
+    # What cannot move needs no force.
     k = first if book[b, STRENGTH] > 0.0 else last
     while k < last:
         x, y, z = center
@@ -195,6 +196,7 @@ def sum_on_block(b, tiles, nodes, book, first, last):
                 ax, ay, az,
             )  # fmt: skip
             fx, fy, fz, bx, by, bz = fx + gx, fy + gy, fz + gz, bx + cx, by + cy, bz + cz
+            # The whole subtree is done.
             k = int(nodes[k, NEXT])
             continue
         j, divided = int(nodes[k, BEGIN]), nodes[k, END] - nodes[k, BEGIN] > 1.0
@@ -210,6 +212,7 @@ def sum_on_block(b, tiles, nodes, book, first, last):
                     broadcast(tiles[j, MZ + i]),
                 )
                 square = inner(dx, dy, dz, dx, dy, dz)
+                # Dipoles of the own rigid body, the target among them, count as infinitely far.
                 square = where_equal(broadcast(tiles[j, OWN + i]), own, separate, square)
                 nearest = where_less(square, nearest, square, nearest)
                 gx, gy, gz, near, _, less = terms_of_pairs(
@@ -235,5 +238,6 @@ def _may_act(nodes, k, x, y, z, radius, reach):
     No dipole of the block's own bodies may be in the box.
     """
     x, y, z = nodes[k, CENTER] - x, nodes[k, CENTER + 1] - y, nodes[k, CENTER + 2] - z
+    # Multipoles include all dipoles of a box, also those that must not act on the block.
     away = max(nodes[k, NEED] + radius, nodes[k, RADIUS] + reach)
     return x * x + y * y + z * z > away * away

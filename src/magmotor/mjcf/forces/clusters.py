@@ -107,6 +107,7 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance, most):
     for dipoles that cannot move, and `most` is the most work that is worth it. Returns the dipoles
     as tiles, their order, whether any coincide, and whether they were computed.
     """
+    # All memory is on the stack of mjData, and is free after the step.
     blocks = padded(end) // COUNT
     tiles = memory.numbers(memory.allocate(stack, 8 * WIDTH * blocks, 64), blocks, WIDTH)
     nodes = memory.numbers(memory.allocate(stack, 16 * NODE * blocks, 64), 2 * blocks, NODE)
@@ -130,6 +131,7 @@ def sum_by_clusters(model, stack, table, end, magnet, tolerance, most):
         sum_on_all_blocks(model, stack, tiles, nodes, book)
         before = field, force
         field, force = _root_mean_squares(tiles, order, magnet)
+        # If the forces are smaller than estimated, too much was allowed.
         if field > 0.9 * before[0] and force > 0.9 * before[1]:
             break
     nearest = SEPARATE
@@ -155,10 +157,12 @@ def _find_moments(node, tiles, end):
     """Compute a node's moments about the center of its box, and the first moment left out."""
     zero = broadcast(0.0)
     cx, cy, cz = broadcast(node[CENTER]), broadcast(node[CENTER + 1]), broadcast(node[CENTER + 2])
+    # Twenty names instead of an array keep the sums in registers.
     s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = s9 = zero
     s10 = s11 = s12 = s13 = s14 = s15 = s16 = s17 = s18 = s19 = zero
     for b in range(int(node[BEGIN]), int(node[END])):
         real = broadcast(float(end - COUNT * b))
+        # The padding has no moment, but is so far away that its powers overflow: 0 x inf.
         t = moments_of(
             where_less(lane_numbers(), real, load(tiles, b, X) - cx, zero),
             where_less(lane_numbers(), real, load(tiles, b, Y) - cy, zero),

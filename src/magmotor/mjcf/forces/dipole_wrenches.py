@@ -86,6 +86,7 @@ def add_dipole_wrenches(
         model, stack, tolerance, table.ctypes.data, table.shape[1], count, boundary, end,
         center.ctypes.data, applied.ctypes.data, place,
     )  # fmt: skip
+    # From the fastest to the most general; what has been done is left out of the next.
     many = mixed and tolerance > 0.0 and end >= CLUSTERED and are_sorted(table, end)
     if many and _clusters_are_ready():
         acting = _add_clustered_wrenches(arguments)
@@ -218,6 +219,7 @@ def _add_pair_wrenches(table, k, other, boundary, couplings, center, applied):
 
     Both follow from the field of the larger one.
     """
+    # Lanes hold sources: few targets and many sources leave fewest lanes empty.
     if table[SIZE, k] > table[SIZE, other]:
         k, other = other, k
     moves, reacts = table[MOVES, k] > 0.0, table[MOVES, other] > 0.0
@@ -231,6 +233,7 @@ def _add_pair_wrenches(table, k, other, boundary, couplings, center, applied):
     for i in range(first, first + int(table[SIZE, k])):
         target = dipole(table, i)
         total = sum_over_sources(target, table[LABEL, i], sources, count)
+        # The reaction acts at the same point, so that the angular momentum is conserved, too.
         if moves:
             add_wrench(body, factor, target, total, center, applied)
         if reacts:
@@ -250,6 +253,7 @@ def add_wrench(body, factor, target, total, center, applied):
     applied[body, 0] += factor * fx
     applied[body, 1] += factor * fy
     applied[body, 2] += factor * fz
+    # m x B, and the moment of the force about the center.
     applied[body, 3] += factor * (my * bz - mz * by + y * fz - z * fy)
     applied[body, 4] += factor * (mz * bx - mx * bz + z * fx - x * fz)
     applied[body, 5] += factor * (mx * by - my * bx + x * fy - y * fx)

@@ -52,6 +52,7 @@ def magnetize_pieces(iron, pieces, mirror, frames) -> tuple[int, int]:
         change = largest = 0.0
         for i in range(len(pieces)):
             square, moved, _ = update_moment(iron, pieces, i, mirror, frames, True)
+            # Not `square > largest`, which NaN would not pass.
             if not square <= largest:
                 largest = square
             if not moved <= change:
@@ -81,6 +82,7 @@ def update_moment(iron, pieces, i, mirror, frames, real):
     for k in range(3):
         square += moment[k] * moment[k]
         moved += (moment[k] - iron[3 + k, i]) * (moment[k] - iron[3 + k, i])
+        # In place: the next piece already sees it.
         iron[3 + k, i] = moment[k]
     row[ENERGY] = moment[3]
     return square, moved, total[6]
@@ -101,6 +103,7 @@ def _field_of_others(iron, i, count, mirror):
 def _moment(row, saturation, frame, bx, by, bz):
     """Return the moment of a piece in a field, and the energy that it stores."""
     scale = 1.0 / VACUUM_PERMEABILITY
+    # In the frame of the geom, whose axes are those of the demagnetizing factors.
     x = scale * (frame[0] * bx + frame[3] * by + frame[6] * bz)
     y = scale * (frame[1] * bx + frame[4] * by + frame[7] * bz)
     z = scale * (frame[2] * bx + frame[5] * by + frame[8] * bz)
@@ -125,5 +128,6 @@ def iron_energy(iron, pieces, mirror):
         field = _field_of_others(iron, i, count, mirror)[3:6]
         energy += pieces[i, ENERGY]
         for k in range(3):
+            # Half of what pieces have in the field of each other, since each pair counts twice.
             energy -= iron[3 + k, i] * (pieces[i, OUTER + k] + 0.5 * field[k])
     return energy

@@ -48,10 +48,10 @@ ALIGNMENT = 1024
 class MagneticState(NamedTuple):
     """What `read_state` returns; all arrays are on the stack of `mjData`.
 
-    `table` and `magnets` are described in `dipole_table.py`, `fields` in `fields.py`, `mirror` in
-    `mirror.py`, `pieces` in `iron.py`, and `iron` in `induction.py`; `couplings` has rows of two
-    bodies and a factor, `scale` is that of the moments (see `units.py`), and `error` is for
-    `report`.
+    `table` and `magnets` are described in `dipole_table.py`, `fields` in `applied_fields.py`,
+    `mirror` in `mirror.py`, `pieces` in `iron_pieces.py`, and `iron` in `induction.py`; `couplings`
+    has rows of two bodies and a factor, `scale` is that of the moments (see `model_numbers.py`),
+    and `error` is for `report`.
     """
 
     table: Any
@@ -189,6 +189,7 @@ def _magnetize(state, m, d, offsets):
     for i in range(iron.shape[1]):
         for row in range(6):
             iron[row, i] = table[row, first + i] if row < 3 and i < len(state.pieces) else 0.0
+        # Labels differ, so that all pieces act on one another, also on one body.
         iron[6, i] = i
     for i in range(len(state.pieces)):
         total, code, other = field_at(state, first, iron[0, i], iron[1, i], iron[2, i], m, offsets)
@@ -200,12 +201,14 @@ def _magnetize(state, m, d, offsets):
         for k in range(3):
             state.pieces[i, OUTER + k] = outer[k]
     frames = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
+    # With several minima, the moments would depend on history, which no state has.
     status, piece = find_instability(iron, state.pieces, state.mirror, frames)
     if status == FINE:
         status, piece = magnetize_pieces(iron, state.pieces, state.mirror, frames)
     if status != FINE:
         code = MERGED if status == COINCIDENT else UNSOLVED
         return code, int(table[ELEMENT, first + piece]), -1
+    # From here on, iron acts as dipoles with these moments; see `induction.py`.
     for i in range(len(state.pieces)):
         for k in range(3, 6):
             table[k, first + i] = iron[k, i]
@@ -250,6 +253,7 @@ def field_at(state, end, x, y, z, m, offsets):
     total = sum_over_table(target, state.table, end, state.magnets)
     if state.mirror[0] != 0.0 and height_above(state.mirror, x, y, z) <= 0.0:
         return total, BEHIND, -1
+    # The field of images is that of the iron on this side of the plane only.
     total = add_images(total, target, state.table, end, state.magnets, state.mirror)
     bx, by, bz = total[3], total[4], total[5]
     for i in range(len(state.fields)):

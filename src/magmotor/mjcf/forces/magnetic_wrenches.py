@@ -80,6 +80,7 @@ def _set_mutual_wrenches(state, own, m, d, offsets, center, applied):
     """Overwrite the wrenches of all magnets that can move by those of the others."""
     table, magnets = state.table, state.magnets
     for k in range(magnets.number):
+        # `xfrc_applied` persists, and still has the wrenches of the last step.
         if table[MOVES, k] > 0.0:
             applied[int(table[BODY, k])] = 0.0
     acting, coincident = add_dipole_wrenches(
@@ -98,6 +99,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
         row = state.fields[number]
         owner = int(row[OWNER])
         reacts = row[OWNER_MOVES] > 0.0
+        # It exerts no force, and nothing takes its reaction: one field serves all dipoles.
         if not reacts and len(numbers_of(int(row[NAME]), m, offsets)) == UNIFORM:
             field = field_and_gradient(row, 0.0, 0.0, 0.0, m, offsets)
             acting += _add_turns(table, state.magnets.number, field, applied)
@@ -112,6 +114,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
                 target = dipole(table, i)
                 f = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
                 mx, my, mz = target[3], target[4], target[5]
+                # F_j = m_i dB_i/dx_j, also where the table's interpolation has a small curl.
                 fx = mx * f[3] + my * f[6] + mz * f[9]
                 fy = mx * f[4] + my * f[7] + mz * f[10]
                 fz = mx * f[5] + my * f[8] + mz * f[11]
@@ -120,6 +123,7 @@ def _add_field_wrenches(state, m, offsets, center, applied):
                 total = (fx, fy, fz, f[0], f[1], f[2], False)
                 if moves:
                     add_wrench(body, 1.0, target, total, center, applied)
+                # The field is that of magnets on its owner, which the dipole pushes back.
                 if reacts:
                     add_wrench(owner, -1.0, target, total, center, applied)
     return acting, NO_ERROR

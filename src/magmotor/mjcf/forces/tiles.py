@@ -117,6 +117,8 @@ def sum_over_pairs(model, stack, tiles):
     job[HEADER:] = 0
     for number in range(chunks):
         job[ROUND] = number
+        # In a round, no chunk meets two others, so that tasks need no locks; a round is a fixed set
+        # of sums, so that the bits do not depend on the threads.
         dispatch(model, stack, _task_address(), address, chunks if number == 0 else chunks // 2)
     coincident = False
     for k in range(chunks):
@@ -209,6 +211,7 @@ def _sum(tiles, i, lane, begin, end, labels):
         broadcast(tiles[i, MZ + lane]),
     )
     own, number = broadcast(tiles[i, OWN + lane]), lane_numbers()
+    # Within a block, a lane meets only those after it.
     after = broadcast(float(lane if begin == i else -1))
     zero = broadcast(0.0)
     nearest = separate = broadcast(SEPARATE)
@@ -223,6 +226,7 @@ def _sum(tiles, i, lane, begin, end, labels):
         nearest = where_less(square, nearest, square, nearest)
         gx, gy, gz, near, cross, less = terms_of_pairs(x, y, z, square, ax, ay, az, mx, my, mz)
         fx, fy, fz = fx + gx, fy + gy, fz + gz
+        # Newton's third law: each pair is computed once.
         store(tiles, j, FX, load(tiles, j, FX) - gx)
         store(tiles, j, FY, load(tiles, j, FY) - gy)
         store(tiles, j, FZ, load(tiles, j, FZ) - gz)
