@@ -124,6 +124,27 @@ def _force(turns, force, sines):
     return even if sines else fused(sine(turns), b1, even)
 
 
+@subroutine(forceinline=True)
+def _draw_two_steps(normals, words, lanes, draws, step, seed, replica):
+    """Draw the normal numbers of an even step and of the next one, whose block of words is one."""
+    for draw in range(draws):
+        # Two short loops, since the processor overlaps less of a long one.
+        for i in range(lanes):
+            words[0, i], words[1, i] = threefry(
+                np.uint64(step >> 1), np.uint64(draw), np.uint64(seed), np.uint64(replica + i)
+            )
+        for i in range(lanes):
+            normals[2 * draw, i], normals[2 * draw + 1, i] = box_muller(words[0, i], words[1, i])
+
+
+@subroutine(forceinline=True)
+def _draw_of_view(normals, lanes, draws, step, seed, replica, factor, level):
+    """Draw the normal numbers of a step of a coarsened, refined or held path."""
+    for draw in range(draws):
+        for i in range(lanes):
+            normals[2 * draw + (step & 1), i] = normal(seed, replica + i, step, draw, factor, level)
+
+
 @compiled_once(nogil=True, error_model="numpy")
 def _advance(
     checksum: int,
@@ -140,14 +161,14 @@ def _advance(
     kicks = tuple(part in (1, 3) for part in parts)
     o_part = tuple(part in (2, 3) for part in parts)
     carried = carries_force(kicks, needs_force)
-    draws = sum(o_part)
+    draws = shape[1] * sum(o_part)
 
     def advance(states, recorded, first, interval, seed, replica, factor, level, coefficients):
         _ = checksum
         prefer_wide_vectors()
         rules, force = coefficients
         channels = len(rules[0].noise)
-        work = aligned((7 + 2 * channels * draws) * LANES).reshape(-1, LANES)
+        work = aligned((7 + 2 * draws) * LANES).reshape(-1, LANES)
         x, theta, v, omega, forces = work[0], work[1], work[2], work[3], work[4]
         words, normals = work[5:7].view(np.uint64), work[7:]
         for group in range(0, states.shape[1], LANES):
@@ -161,28 +182,12 @@ def _advance(
             step = first
             for record in range(recorded.shape[0]):
                 for _ in range(interval):
-                    if factor == 1 and level == 0:
-                        # A block of random words serves an even step and the next one.
-                        if step & 1 == 0 or step == first:
-                            for draw in range(channels * draws):
-                                # Two short loops, since the processor overlaps less of a long one.
-                                for i in range(lanes):
-                                    words[0, i], words[1, i] = threefry(
-                                        np.uint64(step >> 1),
-                                        np.uint64(draw),
-                                        np.uint64(seed),
-                                        np.uint64(replica + group + i),
-                                    )
-                                for i in range(lanes):
-                                    normals[2 * draw, i], normals[2 * draw + 1, i] = box_muller(
-                                        words[0, i], words[1, i]
-                                    )
-                    else:
-                        for draw in range(channels * draws):
-                            for i in range(lanes):
-                                normals[2 * draw + (step & 1), i] = normal(
-                                    seed, replica + group + i, step, draw, factor, level
-                                )
+                    if factor > 1 or level > 0:
+                        _draw_of_view(
+                            normals, lanes, draws, step, seed, replica + group, factor, level
+                        )
+                    elif step & 1 == 0 or step == first:
+                        _draw_two_steps(normals, words, lanes, draws, step, seed, replica + group)
                     for i in range(lanes):
                         x_i, theta_i, v_i, omega_i = x[i], theta[i], v[i], omega[i]
                         force_i, row = forces[i], step & 1
