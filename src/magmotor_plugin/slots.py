@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any, NamedTuple
 
-from magmotor_plugin.interrupts import (
+from magmotor_plugin.c_callbacks import (
     called_by_c,
     interrupt_later,
     interrupted,

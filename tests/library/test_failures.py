@@ -382,10 +382,10 @@ for load in (partial(mujoco.MjModel.from_xml_path, path), mujoco.MjSpec.from_fil
     except KeyboardInterrupt:
         print("interrupted")
 callbacks.compiled_plugin = real
-magmotor_plugin.interrupts.interrupted.set()  # as for the moment until it is raised
+magmotor_plugin.c_callbacks.interrupted.set()  # as for the moment until it is raised
 model = mujoco.MjModel.from_xml_path(path)
 data = mujoco.MjData(model)
-magmotor_plugin.interrupts.interrupted.clear()
+magmotor_plugin.c_callbacks.interrupted.clear()
 mujoco.mj_forward(model, data)
 print(data.qfrc_passive.any(), passive(model), passive(mujoco.MjModel.from_xml_path(path)))
 """

@@ -14,7 +14,7 @@ from numba import types
 
 from magmotor.mjcf import memory
 from magmotor.numerics.subroutine import subroutine
-from magmotor_plugin.interrupts import interrupted, returning
+from magmotor_plugin.c_callbacks import interrupted, returning
 
 _load = types.ExternalFunction("magmotor_load", types.void(types.int64))
 _failed = ctypes.c_int64()

@@ -29,7 +29,7 @@ from magmotor.mjcf.sentences import (
     sentence_of_notice,
 )
 from magmotor.numerics.subroutine import subroutine
-from magmotor_plugin.interrupts import returning
+from magmotor_plugin.c_callbacks import returning
 from magmotor_plugin.library import library
 
 _word = types.int64
