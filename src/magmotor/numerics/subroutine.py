@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NoReturn
 
-from numba import njit
+from numba import njit, types
 from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -25,6 +25,15 @@ class Subroutine(CPUDispatcher):
     def __call__(self, *args: Any, **options: Any) -> NoReturn:
         """Raise TypeError. The call itself would end the process."""
         raise TypeError(f"{self.py_func.__qualname__} can be called by compiled code only")
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Compile once for all integers; Numba would do so for each constant that is passed."""
+        values = {name: _without_constant(kind) for name, kind in kws.items()}
+        return super().get_call_template(tuple(map(_without_constant, args)), values)
+
+
+def _without_constant(kind: Any) -> Any:
+    return types.unliteral(kind) if isinstance(kind, types.IntegerLiteral) else kind
 
 
 def subroutine(
