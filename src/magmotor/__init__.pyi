@@ -51,7 +51,7 @@ from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of
 from .run.ensemble import ensemble as ensemble
 from .run.in_mujoco import build as build
-from .run.recommend import Recommendation as Recommendation
+from .advice.recommendation import Recommendation as Recommendation
 from .run.recommend import recommend as recommend
 from .run.scene_file import read_scene as read_scene
 from .run.scene_file import write_scene as write_scene

@@ -13,7 +13,8 @@ from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_from
-from magmotor.run.recommend import Engines, Recommendation, recommend
+from magmotor.advice.recommendation import Recommendation
+from magmotor.run.recommend import Engines, recommend
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
 from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of, named
