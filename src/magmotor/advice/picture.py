@@ -17,7 +17,7 @@ LEAST = 1e-12
 """Smaller errors are drawn as this."""
 
 
-def draw(
+def draw(  # noqa: PLR0913 (what is drawn)
     path: Path, dpi: int, points: Sequence[Point], front: Sequence[Point],
     limits: Mapping[str, Limit], *, error: float, doubt: float, chosen: Point | None,
     own: Point | None, of: str,
@@ -26,6 +26,10 @@ def draw(
 
     What is recommended and the model's own are marked. `of` is what the errors are of.
     """
+    marks = (
+        (chosen, {"label": "advice", "marker": "*", "ms": 14, "mec": style.INK}),
+        (own, {"label": "the model's own", "marker": "o", "ms": 12, "mec": style.GRAY}),
+    )
     with style.figure(10.0, 4.4) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         for axes, attribute in ((left, "seconds"), (right, "timestep")):
@@ -33,14 +37,10 @@ def draw(
             axes.axhline(error, color=style.GRAY, lw=1.0)
             axes.set_ylim(0.3 * min([*map(_shown, points), error]), 2.0)
             axes.axhspan(LEAST**2, max(doubt, LEAST), color=style.GRAY, alpha=0.15, lw=0)
-            for point, label, marker, size, edge in (
-                (chosen, "advice", "*", 14, style.INK), (own, "the model's own", "o", 12, style.GRAY)
-            ):  # fmt: skip
+            for point, look in marks:
                 if point is not None and np.isfinite(point.error):
-                    axes.plot(
-                        getattr(point, attribute), _shown(point), marker, ms=size,
-                        mfc="none", mec=edge, label=label,
-                    )  # fmt: skip
+                    x = getattr(point, attribute)
+                    axes.plot(x, _shown(point), ls="", mfc="none", **look)
         left.set_xlabel("wall time per simulated second (s)")
         left.set_ylabel(f"largest error of {of} over its range")
         right.set_xlabel("timestep (s); a vertical line is the stability limit at rest")

@@ -19,6 +19,9 @@ TURNS, SAMPLE, PLACES = 5, 0.01, 4
 """Number of times that each cost is measured, the wall time in s of each, and the number of places
 along the path from which it starts."""
 
+SAME = 1 + 1e-6
+"""Errors closer than this ratio are equal: methods that agree differ by rounding."""
+
 FAIR = 0.05
 """Largest error of a path along which costs are measured."""
 
@@ -71,14 +74,14 @@ def expected(errors: Array, floors: Array | float = 0.0) -> Array:
     return np.maximum(np.maximum(errors, floors), np.maximum.accumulate(errors - floors))
 
 
-def front(points: Iterable[Point], floor: float) -> list[Point]:
+def front(points: Iterable[Measured], bound: Callable[[Measured], float]) -> list[Measured]:
     """Return the points that no other one beats in both error and cost, by increasing cost.
 
-    Errors below the floor count as the floor.
+    What counts as the error of a point is its bound.
     """
-    best: list[Point] = []
-    for point in sorted(points, key=lambda point: (point.seconds, max(point.error, floor))):
-        if not best or max(point.error, floor) < max(best[-1].error, floor):
+    best: list[Measured] = []
+    for point in sorted(points, key=lambda point: (point.seconds, bound(point))):
+        if not best or SAME * bound(point) < bound(best[-1]):
             best.append(point)
     return [point for point in best if np.isfinite(point.error)]
 

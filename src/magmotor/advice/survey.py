@@ -106,7 +106,7 @@ class Survey:
         """Draw conclusions from what is known."""
         advice = self._advice
         advice.points = self._measurement.points
-        advice.front = tuple(front(advice.points, advice.doubt))
+        advice.front = tuple(front(advice.points, lambda p: max(p.error, advice.doubt)))
         for integrator in INTEGRATORS:
             known = [
                 (point.timestep, point.error) for point in advice.points

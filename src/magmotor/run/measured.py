@@ -1,7 +1,6 @@
 """Errors and costs of MuJoCo's methods for a scene, measured on this machine by `advise`."""
 
 from contextlib import nullcontext
-from dataclasses import fields
 
 import mujoco
 
@@ -42,8 +41,8 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Recommenda
         )  # fmt: skip
     if not found.method:
         raise ArgumentError("error", error, f"was not reached: {found.reason}")
-    shared = {each.name: getattr(found, each.name) for each in fields(Recommendation)}
-    return Recommendation(**shared | {
-        "method": among[found.method], "time_unit": scene.device.time_unit,
-        "uncharted": scene.device.uncharted(scene),
-    })  # fmt: skip
+    return Recommendation(
+        quantity=found.quantity, error=error, method=among[found.method], timestep=found.timestep,
+        promised=found.promised, seconds=found.seconds, horizon=found.horizon, basis=found.basis,
+        uncharted=scene.device.uncharted(scene), time_unit=scene.device.time_unit,
+    )  # fmt: skip
