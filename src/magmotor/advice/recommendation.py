@@ -26,7 +26,8 @@ class Recommendation:
         Wall time per simulated second (for the disk, per unit of time) on one core; NaN without a
         method.
     horizon : float
-        Length of the run along which errors were measured, in units of `time_unit`.
+        Length of the run along which errors were measured, in units of `time_unit`; 0 if only
+        statistics have errors.
     basis : str
         What error and cost rest on: charts, with where and by which MuJoCo they were measured, or a
         measurement on this machine, with the element that errs most over its own range.
