@@ -1,6 +1,7 @@
 """Work-precision diagrams: error against cost, one panel per quantity, one style per method."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -67,7 +68,7 @@ def draw_panel(ax: "Axes", points: Sequence[Point], panel: Panel) -> None:
     """Draw one quantity."""
     ax.set(xscale="log", yscale="log", title=panel.title)
     ax.set(xlabel="relative error", ylabel="wall time of a simulated second (s)")
-    points = [point._replace(error=max(point.error, LEAST)) for point in points]
+    points = [replace(point, error=max(point.error, LEAST)) for point in points]
     best = front(points)
     ax.plot([p.bound for p in best], [p.seconds for p in best], color=INK, alpha=0.13, lw=9)
     for method, curve in by_method(points).items():

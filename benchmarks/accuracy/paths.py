@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import magmotor as mm
 from benchmarks.accuracy.scenes import DISK, MOTOR, SCENES, record_of, stepping_methods
 from benchmarks.harness.records import Case, Record
+from magmotor.advice.statistics_errors import paired
 from magmotor.devices.disk.gibbs import gibbs
 from magmotor.noise import BrownianPath
 from magmotor.observables import mode_temperatures
@@ -144,5 +145,5 @@ def strong_error(values: Array, true: Array) -> float:
 
 def _paired(differences: Array) -> list[float]:
     """Return the size of the mean difference, and twice its standard error; shape (pairs,)."""
-    error = float(differences.std(ddof=1)) / len(differences) ** 0.5
-    return [abs(float(differences.mean())), 2 * error]
+    error, doubt = paired(differences[:, np.newaxis])
+    return [error, 2 * doubt]

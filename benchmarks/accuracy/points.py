@@ -2,37 +2,28 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
 from benchmarks.accuracy.scenes import SCENES
 from benchmarks.harness.records import Record
+from magmotor.advice import points as advice
 from magmotor.device.step_limits import step_limit
-from magmotor.run.chart_data import expected
 
 USELESS = 1.0
 """Relative error from which a result is useless, like a failed step."""
 
 
-SAME = 1 + 1e-6
-"""Errors closer than this ratio are equal: MuJoCo and the reference differ by rounding."""
-
-
-class Point(NamedTuple):
-    """A method at a step; errors are relative, seconds are wall time per simulated second.
-
-    The floor is twice the standard error of sampling: an error below it is indistinguishable from
-    zero. The error of a failed run is infinite.
-    """
+@dataclass(kw_only=True)
+class Point(advice.Point):
+    """A point of a chart; the error of a failed run is infinite."""
 
     scene: str
     quantity: str
-    method: str
-    timestep: float
-    error: float
     floor: float
-    seconds: float
+    """Twice the standard error of sampling: a smaller error is indistinguishable from zero."""
 
     @property
     def bound(self) -> float:
@@ -56,7 +47,8 @@ def points_of(records: Mapping[str, Record]) -> list[Point]:
         seconds = run["seconds"] if "seconds" in run else costs[scene, method] / timestep
         errors = run.get("errors", dict.fromkeys(run["quantities"], (math.inf, 0.0)))
         points += [
-            Point(scene, k, method, timestep, e[0], e[1], seconds) for k, e in errors.items()
+            Point(method, timestep, seconds, error, scene=scene, quantity=quantity, floor=floor)
+            for quantity, (error, floor) in errors.items()
         ]
     return sorted(points, key=lambda point: point.timestep)
 
@@ -86,13 +78,8 @@ def by_method(points: Iterable[Point]) -> dict[str, list[Point]]:
 
 def front(points: Iterable[Point]) -> list[Point]:
     """Return the stable points that no other surpasses in cost and accuracy, cheapest first."""
-    found, least = [], USELESS
-    stable = (point for point in points if point.stable)
-    for point in sorted(stable, key=lambda point: (point.seconds, point.bound)):
-        if SAME * point.bound < least:
-            found.append(point)
-            least = point.bound
-    return found
+    useful = (point for point in points if point.stable and point.bound < USELESS)
+    return advice.front(useful, attrgetter("bound"))
 
 
 def cheapest(points: Iterable[Point], error: float) -> Point | None:
@@ -101,6 +88,6 @@ def cheapest(points: Iterable[Point], error: float) -> Point | None:
     for curve in by_method(point for point in points if point.stable).values():
         curve = sorted(curve, key=lambda p: (p.timestep, p.seconds))
         errors, floors = np.array([(p.error, p.floor) for p in curve]).T
-        within = expected(errors, floors) <= error
+        within = advice.expected(errors, floors) <= error
         reaching += [point for point, reaches in zip(curve, within, strict=True) if reaches]
     return min(reaching, key=lambda point: point.seconds, default=None)

@@ -8,7 +8,6 @@ import numpy as np
 from benchmarks.accuracy.dry_friction import METHOD as DRY_METHOD
 from benchmarks.accuracy.dry_friction import NUMBERS as DRY_NUMBERS
 from benchmarks.accuracy.points import (
-    SAME,
     USELESS,
     Point,
     by_method,
@@ -20,6 +19,7 @@ from benchmarks.accuracy.points import (
 from benchmarks.accuracy.scenes import SCENES
 from benchmarks.harness.records import Record
 from benchmarks.harness.tables import number, table
+from magmotor.advice.points import SAME
 from magmotor.numerics.splittings import RIGID, kicks_that_evaluate
 
 LEVELS = {"10 %": 0.1, "1 %": 0.01, "0.1 %": 1e-3, "1e-4": 1e-4, "1e-6": 1e-6}

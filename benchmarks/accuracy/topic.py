@@ -111,9 +111,11 @@ def front(records: Mapping[str, Record]) -> dict[str, Any]:
         supported = point.quantity in FRONT.get(point.scene, ())
         if supported and point.error < float("inf") and stepping:
             scene = SCENES[point.scene].scene
-            where = {"scene": type(scene).__name__, "surface": scene.surface}
-            values = {name: value for name, value in point._asdict().items() if name != "scene"}
-            found.append({**where, **values})
+            found.append({
+                "scene": type(scene).__name__, "surface": scene.surface,
+                "quantity": point.quantity, "method": point.method, "timestep": point.timestep,
+                "error": point.error, "floor": point.floor, "seconds": point.seconds,
+            })  # fmt: skip
     durations = {type(SCENES[name].scene).__name__: lengths for name, lengths in FRONT.items()}
     head = {"machine": machine(), "versions": versions(), "durations": durations}
     return {**head, "points": found}

@@ -108,23 +108,19 @@ def measure(name: str) -> Record:
     }  # fmt: skip
     if advice.own is not None:
         own = advice.own
-        record["own"] = {"integrator": own.integrator, "timestep": own.timestep,
+        record["own"] = {"integrator": own.method, "timestep": own.timestep,
                          "error": own.error if np.isfinite(own.error) else None}  # fmt: skip
-    if advice.integrator is not None:
-        limit = advice.limits.get(advice.integrator)
-        failure = fails_from(p for p in advice.points if p.integrator == advice.integrator)
+    if advice.method:
+        limit = advice.limits.get(advice.method)
+        failure = fails_from(p for p in advice.points if p.method == advice.method)
         record["advice"] = {
-            "integrator": advice.integrator, "timestep": advice.timestep,
+            "integrator": advice.method, "timestep": advice.timestep,
             "promised": advice.promised, "settings": dict(advice.settings),
             "limit": limit.found if limit and np.isfinite(limit.found) else None,
             "fails_from": failure.timestep if failure else None,
         }  # fmt: skip
-        chosen = next(
-            point for point in advice.points
-            if (point.integrator, point.timestep) == (advice.integrator, advice.timestep)
-        )  # fmt: skip
         if advice.own is not None:
-            record["gain"] = advice.own.seconds / chosen.seconds
+            record["gain"] = advice.own.seconds / advice.seconds
     return record
 
 

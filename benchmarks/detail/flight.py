@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import magmotor as mm
+from benchmarks.accuracy.top import largest_error
 from benchmarks.harness.timing import seconds_of
 
 Array = NDArray[np.float64]
@@ -73,7 +74,7 @@ def truth(scene: mm.Top) -> xr.Dataset:
 def momentum_error(momentum: Array, scene: mm.Top) -> float:
     """Return the largest error of J at the records, over the largest |J|."""
     true = truth(scene).momentum_map.values
-    return float(np.abs(momentum - true[: len(momentum)]).max() / np.abs(true).max())
+    return largest_error(momentum, true[: len(momentum)], true)
 
 
 def position_error(position: Array, scene: mm.Top) -> float:

@@ -8,6 +8,7 @@ from . import sweep as sweep
 from . import theory as theory
 from .advice.advice import Advice as Advice
 from .advice.advise import advise as advise
+from .advice.recommendation import Recommendation as Recommendation
 from .common.exceptions import ArgumentError as ArgumentError
 from .common.exceptions import DeclarationError as DeclarationError
 from .common.exceptions import InputError as InputError
@@ -53,7 +54,6 @@ from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of
 from .run.ensemble import ensemble as ensemble
 from .run.in_mujoco import build as build
-from .run.recommend import Recommendation as Recommendation
 from .run.recommend import recommend as recommend
 from .run.scene_file import read_scene as read_scene
 from .run.scene_file import write_scene as write_scene

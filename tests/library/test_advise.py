@@ -58,9 +58,9 @@ def oscillator(clock):
 
 def test_errors_of_an_oscillator_are_those_of_the_closed_form(oscillator):
     compared = []
-    for integrator in {point.integrator for point in oscillator.points}:
+    for integrator in {point.method for point in oscillator.points}:
         worst = 0.0
-        own = [point for point in oscillator.points if point.integrator == integrator]
+        own = [point for point in oscillator.points if point.method == integrator]
         for point in sorted(own, key=lambda point: point.timestep):
             path = loop(*started(OSCILLATOR, [AMPLITUDE]), integrator, point.timestep, 2.0)[:, 0]
             times = np.arange(len(path)) * point.timestep
@@ -114,7 +114,7 @@ def test_the_mode_of_two_joints_is_that_of_theory():
 
 def errors_of_elements(model, data, advice, elements):
     """Return the error of each of some positions over its own range, and that of all of them."""
-    own = loop(model, data, advice.integrator, advice.timestep, 1.0)[:, :elements]
+    own = loop(model, data, advice.method, advice.timestep, 1.0)[:, :elements]
     truth = loop(model, data, "RK4", advice.timestep / 20, 1.0)[::20, :elements][: len(own)]
     return np.abs(own - truth).max(axis=0) / np.ptp(truth, axis=0)
 
@@ -139,8 +139,8 @@ def test_the_worst_element_keeps_the_promise(xml, start, speed, name):
     assert errors[0].max() > 0.2  # 0.45, 0.28
     assert f"over its own range {100 * errors[0].max():.2g} % ({name})" in str(whole)
     assert 0.2 * each.promised < errors[1].max() < each.promised <= 0.01
-    advised = each.integrator, each.timestep
-    (chosen,) = (p for p in each.points if (p.integrator, p.timestep) == advised)
+    advised = each.method, each.timestep
+    (chosen,) = (p for p in each.points if (p.method, p.timestep) == advised)
     assert (chosen.element, chosen.worst) == (name, chosen.error)
     assert chosen.norm < 0.1 * chosen.error
 
@@ -169,7 +169,7 @@ def test_promises_hold_for_a_double_pendulum(error):
     model, data = started(PENDULUM, [1.0, 0.5])
     advice = mm.advise(model, data, quantity="joint two", duration=2.0, error=error, budget=30)
     assert advice.promised <= error
-    own = loop(model, data, advice.integrator, advice.timestep, 2.0)[:, 1]
+    own = loop(model, data, advice.method, advice.timestep, 2.0)[:, 1]
     truth = loop(model, data, "RK4", advice.timestep / 10, 2.0)[::10, 1][: len(own)]
     found = np.abs(own - truth).max() / np.ptp(truth)
     assert 0.3 * advice.promised < found < advice.promised
@@ -202,13 +202,13 @@ def test_sensors_are_read_with_the_controls_of_the_state():
         return run.sensordata[1]
 
     advice = mm.advise(model, data, quantity=forces, budget=10)
-    assert advice.integrator == "RK4"
+    assert advice.method == "RK4"
     assert {*read[1:]} == {5.0}  # the first call only asks how many numbers there are
 
 
 def test_contacts_leave_a_floor():
     advice = mm.advise(*started(BALL), error=1e-7, budget=5)
-    assert advice.integrator is None
+    assert not advice.method
     assert 1e-7 < advice.doubt < 0.1
     assert "uncertain" in advice.reason
 
@@ -228,18 +228,24 @@ def test_magnetism_acts_with_the_plugin_and_inside_a_block():
 
 def test_the_energy_includes_that_of_magnets():
     advice = mm.advise(*started(NEEDLE), quantity="energy", error=0.001, budget=5)
-    assert advice.integrator is not None
+    assert advice.method
     assert advice.orders["RK4"].value > 3
+
+
+SHARED = ("quantity", "error", "method", "timestep", "promised", "seconds", "horizon", "basis")
 
 
 def test_the_cheapest_that_keeps_the_promise_is_advised(oscillator):
     good = [p for p in oscillator.points if 1.2 * (p.error + oscillator.doubt) <= 0.01]
-    assert len({p.integrator for p in good}) > 1  # 2 to 4, by their costs
+    assert len({p.method for p in good}) > 1  # 2 to 4, by their costs
     (chosen,) = (
         p for p in good
-        if (p.integrator, p.timestep) == (oscillator.integrator, oscillator.timestep)
+        if (p.method, p.timestep) == (oscillator.method, oscillator.timestep)
     )  # fmt: skip
-    assert chosen.seconds == min(p.seconds for p in good)
+    assert oscillator.seconds == chosen.seconds == min(p.seconds for p in good)
+    sentence = str(mm.Recommendation(**{name: getattr(oscillator, name) for name in SHARED}))
+    assert sentence.endswith(" s per simulated second (measured on this machine)")
+    assert f"\nadvice: {sentence.partition(' (')[0]}" in str(oscillator)
     assert oscillator.promised == pytest.approx(1.2 * (chosen.error + oscillator.doubt), rel=1e-6)
 
 
@@ -249,8 +255,8 @@ def test_a_longer_timestep_is_no_more_accurate():
     advice = mm.advise(
         model, data, quantity=lambda _, run: math.cos(20 * run.qpos[1]), duration=0.7, budget=6
     )
-    for name in {point.integrator for point in advice.points}:
-        own = sorted((p.timestep, p.error) for p in advice.points if p.integrator == name)
+    for name in {point.method for point in advice.points}:
+        own = sorted((p.timestep, p.error) for p in advice.points if p.method == name)
         assert all(b >= a for (_, a), (_, b) in itertools.pairwise(own)), name
 
 
@@ -278,7 +284,7 @@ def test_the_solver_gets_the_iterations_that_it_needs(iterations, advised):
     model, data = started(LINKAGE.replace('"50"', f'"{iterations}"'), qvel=[0.5])
     advice = mm.advise(model, data, duration=0.5, error=0.02, budget=10)
     if advised == "does not converge":
-        assert advice.integrator is None
+        assert not advice.method
         assert advised in advice.reason
     else:
         assert advice.settings.get("iterations") == advised
@@ -297,11 +303,11 @@ def test_details_fit_beside_the_promise_with_the_settings_advised(monkeypatch):
     advice = mm.advise(model, data, duration=0.5, error=0.02, budget=15, detail=True)
     assert advice.settings["iterations"] == 16
     left = (0.02 - advice.promised) / 1.2
-    assert asked == [(16, advice.integrator, advice.timestep, pytest.approx(left))]
+    assert asked == [(16, advice.method, advice.timestep, pytest.approx(left))]
     assert left > 0
     asked.clear()
     unanswered = mm.advise(model, data, duration=0.5, error=1e-7, budget=5, detail=True)
-    assert unanswered.integrator is None
+    assert not unanswered.method
     assert asked == [(4, "Euler", 0.002, 0.0)]
 
 
@@ -309,13 +315,13 @@ def test_only_some_integrators_may_be_recommended_and_only_the_solver_as_it_is()
     model, data = started(PENDULUM, [1.0, 0.5])
     asked = {"quantity": "joint two", "budget": 5, "error": 0.01}
     advice = advise.survey(model, data, **asked, among=["Euler", "implicit"])
-    assert advice.integrator in ("Euler", "implicit")
-    assert {p.integrator for p in advice.points} > {"RK4"}
+    assert advice.method in ("Euler", "implicit")
+    assert {p.method for p in advice.points} > {"RK4"}
     model, data = started(LINKAGE.replace('"50"', '"4"'), qvel=[0.5])
     asked = {"quantity": "positions", "duration": 0.5, "error": 0.02, "budget": 10}
     assert advise.survey(model, data, **asked).settings["iterations"] == 16
     advice = advise.survey(model, data, **asked, tune=False)
-    assert (advice.integrator is None, advice.settings) == (False, {})
+    assert (advice.method != "", advice.settings) == (True, {})
 
 
 def test_limits_by_theory_exist_only_without_constraints():
@@ -364,7 +370,7 @@ def test_a_limit_below_the_timestep_is_found_also_with_contacts():
     assert advice.constraints > 0
     # The inertia is 2 m r^2/5 = 0.001: Euler fails from h = 2 I/kv = 0.001 on.
     assert advice.limits["Euler"].found == pytest.approx(0.001, rel=0.02)
-    if advice.integrator == "Euler" and advice.timestep > 0.001:
+    if advice.method == "Euler" and advice.timestep > 0.001:
         assert "exceeds the stability limit at rest" in str(advice)
 
 
@@ -382,7 +388,7 @@ def test_a_point_that_the_solver_rejects_is_not_advised_later(monkeypatch):
     advice = mm.advise(*started(PENDULUM, [1.0, 0.5]), duration=0.5, budget=5)
     assert "too small to check" in str(advice)
     assert tried[-1] is not tried[0]
-    assert (advice.integrator, advice.timestep) == (tried[-1].integrator, tried[-1].timestep)
+    assert (advice.method, advice.timestep) == (tried[-1].method, tried[-1].timestep)
 
 
 def test_a_picture_is_drawn(tmp_path, oscillator):

@@ -16,7 +16,7 @@ from magmotor.advice.features import Feature, Seen
 from magmotor.advice.measure import Measurement
 from magmotor.advice.measured_quantities import read_quantity
 from magmotor.advice.paths import Runs
-from magmotor.advice.report import table
+from magmotor.advice.report import details_table
 from magmotor.mjcf.lookup import disabled
 from trials.corpus.models import digest
 
@@ -223,7 +223,7 @@ def test_a_variant_that_diverges_stays():
     assert explicit.change == math.inf
     assert math.isnan(explicit.saved)
     assert not explicit.can_go
-    assert any("diverged" in line for line in table([explicit]))
+    assert any("diverged" in line for line in details_table([explicit]))
 
 
 def test_friction_of_a_sliding_box_stays_and_its_torsion_goes():
@@ -385,7 +385,7 @@ def test_what_is_known_when_time_runs_out_is_returned(monkeypatch):
 
 def test_the_table_lists_what_can_go():
     names = tuple(f"geom {k}" for k in range(10))
-    lines = table([
+    lines = details_table([
         Detail("one", 0.5, 0.2, False), Detail("two", 0.0, 0.25, True, names),
         Detail("three", 0.001, 0.1, True), Detail("four", math.inf, math.nan, False),
         Detail("all of these", 0.002, 0.3, True, together=("two",)),
@@ -399,4 +399,4 @@ def test_the_table_lists_what_can_go():
     ]
     assert lines[5] == f"two: {', '.join(names[:8])}, and 2 more"
     assert lines[6].endswith("by 0.2 % and saves 30 % of the time: two")
-    assert table([]) == []
+    assert details_table([]) == []

@@ -92,12 +92,10 @@ def test_implicitfast_is_the_reference_where_rk4_fails():
     model, data = started(STIFF, [1.0, 0.5], [0.0, 0.0, 1.0])
     advice = mm.advise(model, data, quantity="joint two", budget=4)
     assert advice.reference.startswith("implicitfast ")
-    assert {p.diverged is None for p in advice.points if p.integrator == "RK4"} == {False}
+    assert {p.diverged is None for p in advice.points if p.method == "RK4"} == {False}
     undamped = mm.advise(*started(PENDULUM, [1.0, 0.5]), quantity="joint two", budget=4)
     assert undamped.reference.startswith("RK4 ")
-    errors = [
-        {(p.integrator, p.timestep): p.error for p in each.points} for each in (advice, undamped)
-    ]
+    errors = [{(p.method, p.timestep): p.error for p in each.points} for each in (advice, undamped)]
     key = "Euler", 0.005  # the third joint hardly moves, and the others are the same
     assert errors[0][key] == pytest.approx(errors[1][key], abs=2 * advice.doubt)
     assert advice.doubt < 0.01  # 0.0004
@@ -116,7 +114,7 @@ def test_euler_is_the_reference_where_all_else_fails(monkeypatch):
     monkeypatch.undo()
     better = mm.advise(*started(OSCILLATOR, [AMPLITUDE]), quantity="joint slide", budget=4)
     errors = [
-        {p.timestep: p.error for p in each.points if p.integrator == "Euler"}
+        {p.timestep: p.error for p in each.points if p.method == "Euler"}
         for each in (advice, better)
     ]
     assert errors[0][0.004] == pytest.approx(errors[1][0.004], abs=2 * advice.doubt)
@@ -142,7 +140,7 @@ def test_points_take_turns_so_that_disturbances_spare_costs():
     points = [Point(name, h, 1.0, 0.01) for name, h in product(("Euler", "RK4"), (0.01, 0.02))]
     machine = Machine(slow=range(40, 81))  # the last turns
     assert time_in_turns(machine, points, 1.0, math.inf)
-    turn = [(p.integrator, p.timestep, k) for p in points for k in range(4)]
+    turn = [(p.method, p.timestep, k) for p in points for k in range(4)]
     assert machine.calls == 5 * turn
     assert [p.seconds for p in points] == pytest.approx([1e-3, 5e-4, 4e-3, 2e-3], rel=1e-12)
 
@@ -165,7 +163,7 @@ def test_ten_degrees_of_freedom_are_advised_within_the_budget(step, monkeypatch)
     model, data = started(xml, [0.1] * 10)
     clock = Clock(monkeypatch, step)  # far slower than such a model
     advice = mm.advise(model, data, error=0.05, budget=60)
-    assert advice.integrator is not None
+    assert advice.method
     assert clock.now < 66  # 48, 60
     assert ({*advice.limits} == {*INTEGRATORS}) == (step < 1e-3)
     assert ("too small for all limits" in str(advice)) == (step > 1e-3)
@@ -236,5 +234,5 @@ def test_the_error_of_energy_is_relative_to_a_kinetic_energy_that_is_constant():
     </mujoco>""")
     data.qvel[5] = 1.0
     advice = mm.advise(model, data, quantity="energy", budget=3)
-    assert advice.integrator is not None
+    assert advice.method
     assert advice.promised < 1e-9

@@ -11,11 +11,11 @@ from advised_models import OSCILLATOR, PENDULUM, TRAP, Clock, started
 import magmotor as mm
 from magmotor.advice.advice import Advice
 from magmotor.advice.paths import Runs
+from magmotor.advice.points import Point, reaching
 from magmotor.advice.statistics_errors import (
     Ensemble,
     Statistic,
     certain,
-    cheapest,
     errors,
     unproven,
 )
@@ -32,8 +32,8 @@ def test_chaos_limits_the_horizon_and_gives_statistics(capsys, monkeypatch):
     assert advice.growth is not None
     assert advice.growth > 1e3
     assert 2.0 < advice.horizon < 20.0  # 5.5 s
-    rk4 = {s.name: s for s in advice.statistics if (s.integrator, s.timestep) == ("RK4", 0.01)}
-    euler = {s.name: s for s in advice.statistics if (s.integrator, s.timestep) == ("Euler", 0.01)}
+    rk4 = {s.name: s for s in advice.statistics if (s.method, s.timestep) == ("RK4", 0.01)}
+    euler = {s.name: s for s in advice.statistics if (s.method, s.timestep) == ("Euler", 0.01)}
     assert {*rk4} == {"mean", "spread", "kinetic energy", "spectrum"}
     for name, statistic in rk4.items():
         assert statistic.error < 4 * statistic.doubt, name
@@ -45,14 +45,14 @@ def test_runs_of_a_model_with_noise_follow_one_brownian_path(monkeypatch):
     Clock(monkeypatch, step=2e-5)
     with mm.magnetism():
         advice = mm.advise(*started(TRAP), quantity="joint slide", duration=5.0, budget=15)
-        assert advice.integrator is not None
-        own, truth = (noisy_loop(advice.integrator, advice.timestep, k) for k in (0, 3))
+        assert advice.method
+        own, truth = (noisy_loop(advice.method, advice.timestep, k) for k in (0, 3))
     own = own[: len(truth)]
     found = np.abs(own - truth[: len(own)]).max() / np.ptp(truth)
     assert 0.3 * advice.promised < found < advice.promised
     for name in ("Euler", "implicitfast", "discrete"):
         assert advice.orders[name].value == pytest.approx(1, abs=0.3)  # 0.1
-    by_key = {(s.integrator, s.timestep, s.name): s for s in advice.statistics}
+    by_key = {(s.method, s.timestep, s.name): s for s in advice.statistics}
     closest = by_key["implicitfast", 0.005, "kinetic energy"]
     # On the same noise, the difference is far smaller than the spread of a kinetic energy.
     assert closest.doubt < 0.05  # 0.002
@@ -76,9 +76,7 @@ def noisy_loop(integrator, timestep, halvings):
 def test_splittings_at_a_temperature_have_the_kinetic_energy_of_theory():
     model, data = started(BATH)
     advice = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.02)
-    kinetic = {
-        (s.integrator, s.timestep): s for s in advice.statistics if s.name == "kinetic energy"
-    }
+    kinetic = {(s.method, s.timestep): s for s in advice.statistics if s.name == "kinetic energy"}
     for timestep in (0.2, 0.1):
         # Leimkuhler and Matthews, 2013: BAOAB has kT (1 - (omega h)^2/4), "middle" is exact.
         baoab, middle = (kinetic[name, timestep] for name in ("baoab", "middle"))
@@ -88,9 +86,9 @@ def test_splittings_at_a_temperature_have_the_kinetic_energy_of_theory():
         assert middle.error < 4 * middle.doubt
     assert advice.promised <= 0.02
     assert advice.timestep < 0.2
-    assert advice.for_statistics is not None
-    assert advice.for_statistics[:3] == (advice.integrator, advice.timestep, advice.promised)
-    assert f"{advice.integrator} at a timestep of {advice.timestep:g} s is the" in str(advice)
+    best = advice.for_statistics
+    assert best == Point(advice.method, advice.timestep, advice.seconds, advice.promised)
+    assert f"{advice.method} at a timestep of {advice.timestep:g} s is the" in str(advice)
     # The reference errs by 20 (h/4)^2/4, and its halving changes it by three times as much.
     doubt = kinetic["middle", 0.05].unproven
     assert 3 * 20 * 0.0125**2 / 4 < doubt < 0.02  # 0.0023, 0.0067
@@ -104,8 +102,10 @@ def test_statistics_count_with_two_standard_errors():
         Statistic("RK4", 0.1, "mean", 0.0, 0.001, 0.5),
         Statistic("RK4", 0.2, "mean", math.inf, math.nan, math.nan),
     ]
-    assert certain(rows) == {("RK4", 0.1): 0.002, ("Euler", 0.1): 0.05}
-    assert [*certain(rows)] == [("RK4", 0.1), ("Euler", 0.1)]  # the cheapest first
+    euler, rk4 = Point("Euler", 0.1, 1.0, 0.05), Point("RK4", 0.1, 0.5, 0.002)
+    assert certain(rows) == [euler, rk4]
+    assert reaching(certain(rows), 0.05) == [rk4, euler]  # the cheapest first
+    assert reaching(certain(rows), 0.04) == [rk4]
 
 
 def ensemble(kinetic):
@@ -119,7 +119,7 @@ def ensemble(kinetic):
 def test_errors_of_statistics_are_printed_to_the_digits_that_they_have():
     errors = [(0.0123, 0.004), (0.5, 0.123), (5.4e4, 5.3e4), (math.inf, math.nan)]
     rows = (Statistic("Euler", 0.1, f"{k}", *pair, 1.0) for k, pair in enumerate(errors))
-    advice = Advice("positions", 0.01, 1.0, statistics=(*rows,))
+    advice = Advice(quantity="positions", error=0.01, duration=1.0, statistics=(*rows,))
     for printed in ("1.2 ± 0.4 %", "50 ± 12 %", "5.4e+06 ± 5e+06 %", "diverged"):
         assert printed in str(advice)
 
@@ -149,15 +149,13 @@ def test_the_doubt_of_the_reference_counts():
 
     rows = [*errors(run, 0.1, ["implicitfast", "RK4"], [("RK4", 1.0), ("Euler", 1.0)])]
     assert asked == [("implicitfast", 0.25), *known]  # nothing twice
-    found = {(row.integrator, row.timestep): row for row in rows if row.name == "kinetic energy"}
+    found = {(row.method, row.timestep): row for row in rows if row.name == "kinetic energy"}
     assert [*found] == [("RK4", 0.05), ("RK4", 0.1), ("Euler", 0.1)]
     euler = found["Euler", 0.1]
     assert euler.error == pytest.approx(0.001, rel=1e-9)
     assert euler.unproven == pytest.approx(0.3 / 2 / 1.1, rel=0.01)
-    assert cheapest(rows, 0.13) is None
-    best = cheapest(rows, 0.15)
-    assert best is not None
-    assert best.error == pytest.approx(euler.bound)
+    assert reaching(certain(rows), 0.13) == []
+    assert reaching(certain(rows), 0.15)[0].error == pytest.approx(euler.bound)
     assert [*errors(lambda *_: None, 0.1, ["RK4"], [])] == []
 
 
@@ -174,15 +172,15 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
     model, data = started(BATH)
     advice = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.1)
     assert all(row.seconds > 0 for row in advice.statistics)
-    assert advice.for_statistics is not None
-    assert advice.for_statistics[:2] == (advice.integrator, advice.timestep)
+    best = advice.for_statistics
+    assert best == Point(advice.method, advice.timestep, advice.seconds, advice.promised)
     text = str(advice)
     assert "interrupted: this is what is known so far" in text
-    assert f"advice: {advice.integrator} at" in text
+    assert f"advice: {advice.method} at" in text
     assert "no recommendation" not in text
     calls += [()] * 20
     nothing = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0)
-    assert (nothing.integrator, nothing.statistics) == (None, ())
+    assert (nothing.method, nothing.statistics) == ("", ())
     assert "no recommendation: no reference was found in this time" in str(nothing)
 
 
@@ -232,7 +230,7 @@ def test_a_slow_quantity_at_a_temperature_keeps_to_the_budget(monkeypatch):
 def test_a_splitting_that_diverges_is_no_reference():
     unstable = BATH.replace('stiffness="20"', 'stiffness="1e5"')
     advice = mm.advise(*started(unstable), quantity="joint slide", kT=1.0, duration=50.0)
-    assert advice.integrator is None
+    assert not advice.method
     assert "baoab diverges even at a quarter of the model's timestep" in advice.reason
 
 
@@ -245,8 +243,8 @@ def test_costs_of_ensembles_are_measured_in_turns(monkeypatch):
         advice = mm.advise(*started(TRAP), quantity="joint slide", duration=5.0, budget=10)
     rows = [row for row in advice.statistics if math.isfinite(row.error)]
     assert len(rows) > 40  # 80
-    points = {(p.integrator, p.timestep) for p in advice.points}
-    assert any((row.integrator, row.timestep) not in points for row in rows)
+    points = {(p.method, p.timestep) for p in advice.points}
+    assert any((row.method, row.timestep) not in points for row in rows)
     for row in rows:
-        expected = 1e-6 * (1 + len(row.integrator)) / row.timestep
+        expected = 1e-6 * (1 + len(row.method)) / row.timestep
         assert row.seconds == pytest.approx(expected, rel=1e-9)

@@ -198,7 +198,9 @@ def test_publishing_writes_tables_shown_pictures_and_the_front(tmp_path):
 def point(name, timestep, error, seconds, floor=0.0):
     """Return a point of a method, given by a letter, at a step in units of 0.01 s."""
     method = dict(zip("abcd", mm.methods(mm.Top.paper(4)), strict=False))[name]
-    return charted.Point("top", "momentum_map", method, timestep / 100, error, floor, seconds)
+    return charted.Point(
+        method, timestep / 100, seconds, error, scene="top", quantity="momentum_map", floor=floor
+    )
 
 
 def test_points_join_errors_with_costs_and_keep_failures():

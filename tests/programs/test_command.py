@@ -122,7 +122,7 @@ def asked(monkeypatch):
 
     def advise(model, data, **settings):
         found.append(SimpleNamespace(data=data, **settings))
-        return mm.Advice("positions", 0.01, 1.0)
+        return mm.Advice(quantity="positions", error=0.01, duration=1.0)
 
     monkeypatch.setattr("magmotor.commands.advise.advise", advise)
     return found

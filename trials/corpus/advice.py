@@ -127,13 +127,13 @@ def examine(path: Path, seed: int, *, whole: bool) -> Findings:
     found.seconds = time.perf_counter() - began
     found.text = said.getvalue().strip().splitlines()[-1]
     found.reason, found.horizon = advice.reason, advice.horizon
-    if advice.integrator is None:
+    if not advice.method:
         return found
     found.promised = advice.promised
     for name, value in advice.settings.items():
         setattr(model.opt, name, value)
     found.judgment = judge(
-        model, data, quantity_of(model, asked.quantity, whole=whole), advice.integrator,
+        model, data, quantity_of(model, asked.quantity, whole=whole), advice.method,
         advice.timestep, advice.horizon, advice.promised,
     )  # fmt: skip
     return found

@@ -14,8 +14,9 @@ from magmotor.advice.choice import Choice
 from magmotor.advice.measure import Measurement
 from magmotor.advice.measured_quantities import POSITIONS, Function, read_quantity
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Runs
-from magmotor.advice.report import percent
-from magmotor.advice.statistics_errors import cheapest
+from magmotor.advice.points import reaching
+from magmotor.advice.recommendation import percent
+from magmotor.advice.statistics_errors import certain
 from magmotor.advice.survey import Survey
 from magmotor.advice.thermal import Thermal
 from magmotor.common import style
@@ -174,7 +175,10 @@ def survey(  # noqa: PLR0913 (those of advise)
         bound = f"must be at most {MOST * runs.timestep:g} s, {MOST} timesteps of the model"
         raise ArgumentError("duration", duration, bound)
     read = read_quantity(runs.model, runs.workspace(), quantity)
-    advice = Advice(read.name, error, duration, every_element, notes=own_units(model))
+    advice = Advice(
+        quantity=read.name, error=error, duration=duration, every_element=every_element,
+        notes=own_units(model),
+    )  # fmt: skip
     if kT is None and not is_open() and acting_forces(model) & ~UNMARKED:
         advice.notes += tuple(f"not acting: {reason}" for reason in elsewhere(described(model)))
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
@@ -192,7 +196,7 @@ def survey(  # noqa: PLR0913 (those of advise)
         except KeyboardInterrupt:
             advice.notes += ("interrupted: this is what is known so far",)
     if advice.statistics:
-        advice.for_statistics = cheapest(advice.statistics, error)
+        advice.for_statistics = next(iter(reaching(certain(advice.statistics), error)), None)
         doubt = max(row.unproven for row in advice.statistics)
         advice.notes += (
             f"the reference of the statistics is uncertain by {percent(doubt)}, which counts"

@@ -8,8 +8,8 @@ from magmotor.advice.advice import Advice
 from magmotor.advice.measure import TRUSTED, Measurement
 from magmotor.advice.path_errors import Samples
 from magmotor.advice.paths import INTEGRATORS, OutOfTime
-from magmotor.advice.points import MARGIN, Point
-from magmotor.advice.report import percent
+from magmotor.advice.points import Point, promise, reaching
+from magmotor.advice.recommendation import percent
 from magmotor.common.arrays import Array
 
 
@@ -80,7 +80,7 @@ class Choice:
     def conclude(self) -> None:
         """Recommend something by what is known, or say why not."""
         advice = self._advice
-        if advice.integrator is not None or advice.reason:
+        if advice.method or advice.reason:
             return
         good = self._good()
         if not good:
@@ -91,23 +91,24 @@ class Choice:
             advice.notes += ("whether the constraint solver converges was not checked",)
 
     def _promise(self, point: Point, unsolved: float = 0.0) -> float:
-        return MARGIN * (point.error + unsolved + self._advice.doubt)
+        return promise(point, unsolved + self._advice.doubt)
 
     def _good(self) -> list[Point]:
         """Return the points that reach the error and that the solver allows, cheapest first."""
-        good = [
-            p for p in self._advice.points
-            if p.integrator in self._among and self._promise(p) <= self._advice.error
-            and p not in self._rejected
-        ]  # fmt: skip
-        return sorted(good, key=lambda point: point.seconds)
+        allowed = (
+            p for p in self._advice.points if p.method in self._among and p not in self._rejected
+        )
+        return reaching(allowed, self._advice.error, self._promise)
 
     def _recommend(
         self, point: Point, promised: float, settings: dict[str, float] | None = None
     ) -> None:
         advice = self._advice
-        advice.integrator, advice.timestep = point.integrator, point.timestep
-        advice.promised, advice.settings = promised, settings or {}
+        advice.method, advice.timestep = point.method, point.timestep
+        advice.promised, advice.seconds = promised, point.seconds
+        advice.settings = settings or {}
+        if point.element:
+            advice.basis += f"; worst over its own range: {point.element}"
 
     def _no_point(self) -> str:
         if not self._advice.reference:
@@ -117,7 +118,7 @@ class Choice:
             return f"the reference itself is uncertain by {percent(doubt)}"
         if doubt > TRUSTED * error:
             return f"nothing comes closer to the reference, which is uncertain by {percent(doubt)}"
-        errors = (p.error for p in self._advice.points if p.integrator in self._among)
+        errors = (p.error for p in self._advice.points if p.method in self._among)
         least = min(errors, default=math.inf)
         return (
             f"the smallest error found within the budget is {percent(least)}, by a reference that"

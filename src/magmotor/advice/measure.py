@@ -1,5 +1,6 @@
 """Errors and costs of all integrators of MuJoCo at several timesteps, from one start."""
 
+import itertools
 import math
 import time
 from collections.abc import Callable
@@ -9,7 +10,7 @@ import numpy as np
 from magmotor.advice.measured_quantities import KINETIC, Quantity, motion, over, relative
 from magmotor.advice.path_errors import Reference, Samples, reference
 from magmotor.advice.paths import INTEGRATORS, OutOfTime, Path, Runs
-from magmotor.advice.points import Point
+from magmotor.advice.points import Point, expected
 from magmotor.advice.statistics_errors import REPLICAS, Ensemble
 from magmotor.common.arrays import Array
 
@@ -135,10 +136,10 @@ class Measurement:
         """
         factor = point.timestep / self.runs.timestep
         if not settings:
-            return self.samples(point.integrator, factor)
-        self.on_run(f"solver of {point.integrator}")
+            return self.samples(point.method, factor)
+        self.on_run(f"solver of {point.method}")
         with self.runs.solver(settings):
-            path, states, ticks = self._run(point.integrator, factor)
+            path, states, ticks = self._run(point.method, factor)
         return Samples(ticks, self.along(states)) if path.diverged is None else None
 
     def ensemble(self, integrator: str, factor: float) -> Ensemble | None:
@@ -305,10 +306,9 @@ class Measurement:
 
         A longer timestep counts as no more accurate than a shorter one.
         """
-        for found in self._points.values():
-            error = norm = worst = 0.0
-            for _, point in sorted(found.items()):
-                point.error = error = max(error, point.error)
-                point.norm = norm = max(norm, point.norm)
-                point.worst = worst = max(worst, point.worst)
-        return tuple(p for found in self._points.values() for _, p in sorted(found.items()))
+        curves = [[p for _, p in sorted(found.items())] for found in self._points.values()]
+        for curve, name in itertools.product(curves, ("error", "norm", "worst")):
+            errors = expected(np.array([getattr(point, name) for point in curve]))
+            for point, error in zip(curve, errors.tolist(), strict=True):
+                setattr(point, name, error)
+        return tuple(itertools.chain(*curves))

@@ -1,160 +1,57 @@
-"""What `advise` found, as text."""
+"""Tables of what `advise` found."""
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
 
 from magmotor.advice.detail import Detail
 from magmotor.advice.measure import USELESS
-from magmotor.advice.points import MARGIN, Point
+from magmotor.advice.path_errors import Order
+from magmotor.advice.points import Point
+from magmotor.advice.recommendation import percent
 from magmotor.advice.stability import Limit
-from magmotor.advice.statistics_errors import REPLICAS, Statistic, certain
+from magmotor.advice.statistics_errors import Statistic
 from magmotor.mjcf.idle import listed
 
-if TYPE_CHECKING:
-    from magmotor.advice.advice import Advice
 
-
-def report(advice: "Advice") -> str:
-    """Return tables of what was measured, and the recommendation."""
-    lines = [_title(advice)]
-    if advice.points:
-        lines += ["", *aligned(_rows(advice)), ""]
-    if advice.statistics:
-        rows = aligned(_statistics(advice))
-        lines += [_chaos(advice), "", *rows, "", _for_statistics(advice), ""]
-    if advice.details:
-        lines += [*table(advice.details), ""]
-    return "\n".join([*lines, *advice.notes, _conclusion(advice)])
-
-
-def _chaos(advice: "Advice") -> str:
-    begin = f"statistics over {advice.duration:.3g} s"
-    if advice.growth is not None:
-        begin = (
-            f"the motion is chaotic: a perturbation grows by a factor of {advice.growth:.1g} in"
-            f" {advice.duration:.3g} s, so that paths have an error up to {advice.horizon:.3g} s"
-            " only; beyond, statistics"
-        )
-    return (
-        f"{begin} of {REPLICAS} runs, with perturbed starts or different noise, differ from"
-        " those at a quarter of the model's timestep by (± standard error)"
-    )
-
-
-def _for_statistics(advice: "Advice") -> str:
-    """Return a sentence about what is cheapest for statistics."""
-    best = advice.for_statistics
-    if best is not None:
-        return (
-            f"for statistics: {best.integrator} at a timestep of {best.timestep:.4g} s is the"
-            f" cheapest that qualifies; its statistics differ by at most {percent(best.error)},"
-            " with two standard errors"
-        )
-    least = min(certain(advice.statistics).values(), default=math.inf)
-    sentence = f"no statistics are certain to differ by at most {percent(advice.error)}"
-    if math.isfinite(least):
-        sentence += f": with two standard errors, it is at least {percent(least)}"
-    return f"{sentence}; a longer duration makes them more certain"
-
-
-def _statistics(advice: "Advice") -> list[list[str]]:
-    names = [*dict.fromkeys(row.name for row in advice.statistics)]
-    rows = [["integrator", "timestep", "cost", *names]]
-    for key in dict.fromkeys((row.integrator, row.timestep) for row in advice.statistics):
-        own = {r.name: r for r in advice.statistics if (r.integrator, r.timestep) == key}
-        cells = [_with_doubt(own[n]) for n in names]
-        cost = own[names[0]].seconds
-        rows.append([key[0], f"{key[1]:.4g} s", f"{cost:.2g}" if cost > 0 else "", *cells])
-    return rows
-
-
-def _title(advice: "Advice") -> str:
-    title = f"error of {advice.quantity}"
-    if _has_elements(advice):
-        title += ", and of the worst element over its own range,"
-    title += f" over {advice.horizon or advice.duration:.4g} s"
-    if advice.reference:
-        title += (
-            f", against {advice.reference}, which is uncertain by at most {percent(advice.doubt)}"
-        )
-    return title
-
-
-def _rows(advice: "Advice") -> list[list[str]]:
-    head = ["integrator", "timestep", "error", *["worst element"] * _has_elements(advice)]
+def points_table(
+    shown: Sequence[Point], points: Sequence[Point], orders: Mapping[str, Order],
+    limits: Mapping[str, Limit], *, has_elements: bool,
+) -> list[str]:  # fmt: skip
+    """Return lines of text: one of the points of each integrator, and what else is known of it."""
+    head = ["integrator", "timestep", "error", *["worst element"] * has_elements]
     rows = [[*head, "cost", "order", "fails from", "stable at rest up to", "limited by"]]
-    for integrator in dict.fromkeys(point.integrator for point in advice.points):
-        mine = [point for point in advice.points if point.integrator == integrator]
-        within = [p for p in mine if MARGIN * (p.error + advice.doubt) <= advice.error]
-        shown = min(within or mine, key=lambda p: p.seconds if within else p.error)
-        order, limit = advice.orders.get(integrator), advice.limits.get(integrator)
+    for point in shown:
+        order, limit = orders.get(point.method), limits.get(point.method)
         limited = limit.joints[0] if limit and limit.joints else None
         rows.append([
-            integrator, f"{shown.timestep:.4g} s", percent(shown.norm),
-            *[_worst(shown)] * _has_elements(advice), f"{shown.seconds:.2g}",
-            f"{order.value:.1f} ± {order.doubt:.1f}" if order else "", _failure(mine),
+            point.method, f"{point.timestep:.4g} s", percent(point.norm),
+            *[worst(point)] * has_elements, f"{point.seconds:.2g}",
+            f"{order.value:.1f} ± {order.doubt:.1f}" if order else "",
+            _failure(other for other in points if other.method == point.method),
             _limit(limit) if limit else "",
             f"{limited[0]} ({limited[1]:.0%})" if limited else "",
         ])  # fmt: skip
-    return rows
+    return _aligned(rows)
 
 
-def _has_elements(advice: "Advice") -> bool:
-    return len(advice.ranges) > 1
-
-
-def _worst(point: Point) -> str:
+def worst(point: Point) -> str:
     """Return the error of the worst element of a point, and its name."""
     return percent(point.worst) + (f" ({point.element})" if point.element else "")
 
 
-def _conclusion(advice: "Advice") -> str:
-    own = advice.own
-    has = ""
-    if own is not None:
-        element = f" ({own.element})" if own.error > own.norm else ""
-        what = f"has an error of {percent(own.error)}{element}"
-        if not math.isfinite(own.error):
-            what = "diverges"
-        if own.diverged is not None:
-            what = f"diverges after {own.diverged:.3g} s"
-        has = f"the model's own {own.integrator} at {own.timestep:g} s {what}"
-    if advice.integrator is None:
-        return f"no recommendation: {advice.reason}" + (f"; {has}" if has else "")
-    if not advice.points:
-        return (
-            f"advice: {advice.integrator} at a timestep of {advice.timestep:.4g} s: statistics"
-            f" differ by at most {percent(advice.promised)}"
-        )
-    chosen = next(
-        point for point in advice.points
-        if (point.integrator, point.timestep) == (advice.integrator, advice.timestep)
-    )  # fmt: skip
-    sentence = (
-        f"advice: {advice.integrator} at a timestep of {advice.timestep:.4g} s: error up to"
-        f" {percent(advice.promised)} over {advice.horizon:.4g} s, {chosen.seconds:.2g} s per"
-        " simulated second"
-    )
-    if _has_elements(advice) and advice.every_element:
-        sentence += ", also of each element over its own range"
-    elif _has_elements(advice):
-        sentence += f", but over its own range {_worst(chosen)}"
-    if advice.settings:
-        settings = (f'{name}="{value:g}"' for name, value in advice.settings.items())
-        sentence += f", with {', '.join(settings)}"
-    if own is not None and own is not chosen:
-        ratio = own.seconds / chosen.seconds
-        faster = f"{ratio:.2g} times faster" if ratio >= 1 else f"{1 / ratio:.2g} times slower"
-        if 0.95 < ratio < 1.05:
-            faster = "as fast"
-        sentence += f"; {has}, and the advice is {faster}"
-    elif own is chosen:
-        sentence += ", its current setting"
-    return sentence
+def statistics_table(statistics: Sequence[Statistic]) -> list[str]:
+    """Return lines of text: the errors of all statistics with each method and timestep."""
+    names = [*dict.fromkeys(row.name for row in statistics)]
+    rows = [["integrator", "timestep", "cost", *names]]
+    for key in dict.fromkeys((row.method, row.timestep) for row in statistics):
+        own = {r.name: r for r in statistics if (r.method, r.timestep) == key}
+        cells = [_with_doubt(own[n]) for n in names]
+        cost = own[names[0]].seconds
+        rows.append([key[0], f"{key[1]:.4g} s", f"{cost:.2g}" if cost > 0 else "", *cells])
+    return _aligned(rows)
 
 
-def table(details: Sequence[Detail]) -> list[str]:
+def details_table(details: Sequence[Detail]) -> list[str]:
     """Return lines of text: a table of the features, and what can go together."""
     rows = [["without", "change", "saves", "can go"]]
     *_, last = [Detail("", 0.0, 0.0, False), *details]
@@ -162,7 +59,7 @@ def table(details: Sequence[Detail]) -> list[str]:
         verdict = "yes" if detail.what in last.together else "alone" if detail.can_go else ""
         saved = "" if math.isnan(detail.saved) else f"{round(100 * detail.saved)} %"
         rows.append([detail.what, percent(detail.change), saved, verdict])
-    lines = aligned(rows) if len(rows) > 1 else []
+    lines = _aligned(rows) if len(rows) > 1 else []
     for detail in details:
         if detail.names and detail.can_go:
             lines.append(f"{detail.what}: {listed(detail.names)}")
@@ -180,13 +77,6 @@ def _with_doubt(statistic: Statistic) -> str:
     doubt = 100 * statistic.doubt
     rounded = f"{doubt:.0f}" if 9.5 <= doubt < 999.5 else f"{doubt:.1g}"
     return f"{100 * statistic.error:.2g} ± {rounded} %"
-
-
-def percent(error: float) -> str:
-    """Format a relative error in percent."""
-    if not math.isfinite(error):
-        return "diverged"
-    return f"{100 * error:.2g} %"
 
 
 def fails_from(points: Iterable[Point]) -> Point | None:
@@ -214,7 +104,7 @@ def _limit(limit: Limit) -> str:
     return found if math.isnan(limit.theory) else f"{found} (theory: {theory})"
 
 
-def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return the rows of a table as lines."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [

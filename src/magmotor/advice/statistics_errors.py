@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magmotor.advice.points import Point
 from magmotor.common.arrays import Array
 
 REPLICAS = 8
@@ -19,9 +20,9 @@ OCTAVES = 4
 
 
 class Statistic(NamedTuple):
-    """The error of a statistic, with one integrator at one timestep."""
+    """The error of a statistic, with one method at one timestep."""
 
-    integrator: str
+    method: str
     timestep: float
     """In s."""
     name: str
@@ -38,18 +39,6 @@ class Statistic(NamedTuple):
     def bound(self) -> float:
         """What the error is certain not to exceed, with two standard errors."""
         return self.error + 2 * self.doubt + self.unproven
-
-
-class Certain(NamedTuple):
-    """An integrator at a timestep, and what the errors of its statistics do not exceed."""
-
-    integrator: str
-    timestep: float
-    """In s."""
-    error: float
-    """Largest error of all statistics, with two standard errors and that of the reference."""
-    seconds: float
-    """Wall time per simulated second."""
 
 
 class Ensemble(NamedTuple):
@@ -80,18 +69,18 @@ def errors(
 ) -> Iterator[Statistic]:
     """Yield the errors of ensembles against a reference that proves itself by halving its timestep.
 
-    Those of the reference's own integrator, from which the proof is, come first.
+    Those of the reference's own method, from which the proof is, come first.
 
     Parameters
     ----------
     ensemble : callable
-        Returns the ensemble of an integrator at a multiple of a timestep; None if a run diverged.
+        Returns the ensemble of a method at a multiple of a timestep; None if a run diverged.
     timestep : float
         In s.
     references : iterable of str
-        Integrators, the first of which that does not diverge is the reference.
+        Methods, the first of which that does not diverge is the reference.
     candidates : iterable of (str, float)
-        Integrators and multiples of the timestep.
+        Methods and multiples of the timestep.
     """
     for name in references:
         truth = ensemble(name, FINE)
@@ -119,13 +108,13 @@ def unproven(truth: Ensemble, half: Ensemble | None, whole: Ensemble | None) -> 
 
 
 def compared(
-    integrator: str, timestep: float, own: Ensemble | None, truth: Ensemble
+    method: str, timestep: float, own: Ensemble | None, truth: Ensemble
 ) -> tuple[Statistic, ...]:
     """Return the distance of each statistic from the truth; infinite for runs that diverged."""
     theirs = truth.statistics()
     if own is None:
         return tuple(
-            Statistic(integrator, timestep, name, math.inf, math.inf, math.nan) for name in theirs
+            Statistic(method, timestep, name, math.inf, math.inf, math.nan) for name in theirs
         )
     ours = own.statistics()
     scales = {name: np.abs(rows.mean(axis=0)).sum() for name, rows in theirs.items()}
@@ -133,34 +122,29 @@ def compared(
     found = []
     for name, rows in theirs.items():
         # In pairs, since the same start and noise may give nearly the same path.
-        apart = ours[name] - rows
-        variance = apart.var(axis=0, ddof=1).sum() / len(apart)
-        scale = scales[name] or 1.0
-        error, doubt = np.linalg.norm(apart.mean(axis=0)) / scale, np.sqrt(variance) / scale
-        found.append(Statistic(integrator, timestep, name, float(error), float(doubt), own.seconds))
+        error, doubt = (size / (scales[name] or 1.0) for size in paired(ours[name] - rows))
+        found.append(Statistic(method, timestep, name, error, doubt, own.seconds))
     return tuple(found)
 
 
-def certain(statistics: Sequence[Statistic]) -> dict[tuple[str, float], float]:
-    """Return what the errors of all statistics do not exceed, by cost.
+def paired(apart: Array) -> tuple[float, float]:
+    """Return the size of the mean of differences (pairs, n), and its standard error."""
+    variance = apart.var(axis=0, ddof=1).sum() / len(apart)
+    return float(np.linalg.norm(apart.mean(axis=0))), float(np.sqrt(variance))
 
-    The keys are integrators and timesteps, the cheapest first.
+
+def certain(statistics: Sequence[Statistic]) -> list[Point]:
+    """Return points with what the errors of all their statistics do not exceed.
+
+    Runs that diverged are left out.
     """
     alike: dict[tuple[str, float], list[Statistic]] = {}
     for row in statistics:
-        alike.setdefault((row.integrator, row.timestep), []).append(row)
-    finite = [key for key, rows in alike.items() if math.isfinite(rows[0].error)]
-    finite.sort(key=lambda key: alike[key][0].seconds)
-    return {key: max(row.bound for row in alike[key]) for key in finite}
-
-
-def cheapest(statistics: Sequence[Statistic], error: float) -> Certain | None:
-    """Return the cheapest integrator and timestep that are certain to reach an error."""
-    costs = {(row.integrator, row.timestep): row.seconds for row in statistics}
-    for key, bound in certain(statistics).items():
-        if bound <= error:
-            return Certain(*key, bound, costs[key])
-    return None
+        if math.isfinite(row.error):
+            alike.setdefault((row.method, row.timestep), []).append(row)
+    return [
+        Point(*key, rows[0].seconds, max(row.bound for row in rows)) for key, rows in alike.items()
+    ]
 
 
 def _powers(path: Array) -> Array:

@@ -16,7 +16,7 @@ from magmotor.advice.measured_quantities import REST, over
 from magmotor.advice.path_errors import Reference, observed_order
 from magmotor.advice.paths import INTEGRATORS, OutOfTime
 from magmotor.advice.points import MARGIN, Point, front, time_in_turns
-from magmotor.advice.report import percent
+from magmotor.advice.recommendation import percent
 from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics_errors import errors
 from magmotor.common.arrays import Array
@@ -106,19 +106,19 @@ class Survey:
         """Draw conclusions from what is known."""
         advice = self._advice
         advice.points = self._measurement.points
-        advice.front = tuple(front(advice.points, advice.doubt))
+        advice.front = tuple(front(advice.points, lambda p: max(p.error, advice.doubt)))
         for integrator in INTEGRATORS:
             known = [
                 (point.timestep, point.error) for point in advice.points
-                if point.integrator == integrator and math.isfinite(point.error)
+                if point.method == integrator and math.isfinite(point.error)
             ]  # fmt: skip
             order = observed_order(known, advice.doubt)
             if order is not None:
                 advice.orders[integrator] = order
         own = self._runs.integrator, self._runs.timestep
-        advice.own = next((p for p in advice.points if (p.integrator, p.timestep) == own), None)
+        advice.own = next((p for p in advice.points if (p.method, p.timestep) == own), None)
         self._choice.conclude()
-        limit = advice.limits.get(advice.integrator or "")
+        limit = advice.limits.get(advice.method)
         if limit is not None and advice.timestep > limit.found:
             at_rest = f"this timestep exceeds the stability limit at rest, {limit.found:.3g} s"
             advice.notes += (f"{at_rest}: it suits this motion only",)
@@ -208,18 +208,18 @@ class Survey:
         """Measure the costs of points and of ensembles, all in turns."""
         advice = self._advice
         points = [point for point in advice.points if math.isfinite(point.error)]
-        known = {(point.integrator, point.timestep) for point in points}
+        known = {(point.method, point.timestep) for point in points}
         more = {
             key: Point(*key, row.seconds, math.inf) for row in advice.statistics
-            if math.isfinite(row.error) and (key := (row.integrator, row.timestep)) not in known
+            if math.isfinite(row.error) and (key := (row.method, row.timestep)) not in known
         }  # fmt: skip
         points += more.values()
         until = self._measurement.until
         if not time_in_turns(self._runs, points, advice.duration, until):
             advice.notes += ("the budget was too small to measure the costs in turns",)
-        costs = {(point.integrator, point.timestep): point.seconds for point in points}
+        costs = {(point.method, point.timestep): point.seconds for point in points}
         advice.statistics = tuple(
-            row._replace(seconds=costs.get((row.integrator, row.timestep), row.seconds))
+            row._replace(seconds=costs.get((row.method, row.timestep), row.seconds))
             for row in advice.statistics
         )
 
@@ -231,8 +231,8 @@ class Survey:
         left = max(0.0, advice.error - advice.promised) / MARGIN
         with self._runs.solver(advice.settings):
             advice.details = measure_detail(
-                self._runs, self._measurement.quantity, advice.integrator or self._runs.integrator,
-                advice.timestep if advice.integrator else self._runs.timestep,
+                self._runs, self._measurement.quantity, advice.method or self._runs.integrator,
+                advice.timestep if advice.method else self._runs.timestep,
                 advice.horizon, left, self._measurement.counted(ranges),
                 self._began + self._budget / MEASURED,
             )  # fmt: skip

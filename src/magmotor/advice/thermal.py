@@ -120,7 +120,8 @@ class Thermal:
         """Recommend the cheapest splitting whose statistics are certain to agree, if any."""
         advice = self._advice
         if best := advice.for_statistics:
-            advice.integrator, advice.timestep, advice.promised, _ = best
+            advice.method, advice.timestep = best.method, best.timestep
+            advice.promised, advice.seconds = best.error, best.seconds
         elif advice.statistics:
             advice.reason = "no statistics known are certain to reach this error"
         else:

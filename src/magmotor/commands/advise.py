@@ -113,7 +113,7 @@ def report(options: Options) -> None:
         with written_whole(options.picture) as part:
             advice.draw(part, options.dpi)
         print(f"wrote {options.picture}")
-    if advice.integrator is None:
+    if not advice.method:
         if is_ours:
             print_findings(model, data)
         raise SystemExit(UNANSWERED)

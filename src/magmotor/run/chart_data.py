@@ -1,28 +1,20 @@
 """Measured error and cost of every method, and how they scale to other scenes."""
 
 import json
+import math
 import warnings
-from collections.abc import Container
+from collections.abc import Container, Sequence
+from dataclasses import replace
 from functools import cache, lru_cache
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from magmotor.common.arrays import Array
+from magmotor.advice.points import Point, expected
 from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.device.step_limits import step_limit
-
-
-class Curve(NamedTuple):
-    """Error and cost of one method for one quantity, in order of increasing timestep."""
-
-    steps: Array
-    errors: Array
-    """Relative error to expect at a timestep and at all shorter ones."""
-    seconds: Array
-    """Wall time per simulated second."""
 
 
 @cache
@@ -38,33 +30,29 @@ def basis() -> str:
     return f"charts measured {where} by MuJoCo {by}" if by else where
 
 
-def curves(scene: str, surface: str, methods: Container[str]) -> dict[str, dict[str, Curve]]:
-    """Return the curves of a charted scene by quantity and method."""
+def curves(scene: str, surface: str, methods: Container[str]) -> dict[str, dict[str, list[Point]]]:
+    """Return the points of a charted scene by quantity and method, by increasing timestep.
+
+    Their errors are those to expect at a timestep and at all shorter ones.
+    """
     found: dict[str, dict[str, list]] = {}
     for point in load()["points"]:
         if (point["scene"], point["surface"]) == (scene, surface) and point["method"] in methods:
             of_quantity = found.setdefault(point["quantity"], {})
             of_quantity.setdefault(point["method"], []).append(point)
     return {
-        quantity: {method: _curve(points) for method, points in of_quantity.items()}
+        quantity: {method: _curve(method, points) for method, points in of_quantity.items()}
         for quantity, of_quantity in found.items()
     }
 
 
-def expected(errors: Array, floors: Array) -> Array:
-    """Return the errors to expect, in order of increasing timestep.
-
-    An error below its floor counts as the floor. A longer step is taken to be no more accurate than
-    a shorter one, as far as the error of the shorter one exceeds its floor.
-    """
-    return np.maximum(np.maximum(errors, floors), np.maximum.accumulate(errors - floors))
-
-
-def _curve(points: list[dict[str, Any]]) -> Curve:
+def _curve(method: str, points: list[dict[str, Any]]) -> list[Point]:
     points = sorted(points, key=lambda point: point["timestep"])
-    names = ("timestep", "error", "floor", "seconds")
-    steps, errors, floors, seconds = (np.array([p[name] for p in points]) for name in names)
-    return Curve(steps, expected(errors, floors), seconds)
+    errors, floors = (np.array([point[name] for point in points]) for name in ("error", "floor"))
+    return [
+        Point(method, point["timestep"], point["seconds"], error)
+        for point, error in zip(points, expected(errors, floors).tolist(), strict=True)
+    ]
 
 
 def charted_scene(scene: Scene) -> Scene:
@@ -83,20 +71,23 @@ def charted_scene(scene: Scene) -> Scene:
     return charted
 
 
-def fit(scene: Scene, method: str, charted: Curve) -> Curve:
-    """Scale a charted curve to the timesteps of another scene.
+def fit(scene: Scene, curve: Sequence[Point]) -> list[Point]:
+    """Scale the charted timesteps of a method to another scene.
 
     The timesteps are scaled so that every motion is resolved at least as well as in the charts,
     limited to the longest stable one, and rounded down to three digits. The cost of a step is kept.
     """
-    steps = _scale(scene) * charted.steps
-    longest = _longest_step(scene, method, steps[-1])
-    taken = slice(int(np.searchsorted(steps, longest)) + 1)
-    steps = np.minimum(steps[taken], longest)
-    digits = 10.0 ** (2 - np.floor(np.log10(steps)))
-    steps = np.floor(steps * digits * (1 + 1e-12)) / digits
-    charted = Curve(*(column[taken] for column in charted))
-    return charted._replace(steps=steps, seconds=charted.seconds * charted.steps / steps)
+    scale, fitted = _scale(scene), []
+    longest = _longest_step(scene, curve[-1].method, scale * curve[-1].timestep)
+    for point in curve:
+        step = min(scale * point.timestep, longest)
+        digits = 10.0 ** (2 - math.floor(math.log10(step)))
+        rounded = math.floor(step * digits * (1 + 1e-12)) / digits
+        seconds = point.seconds * point.timestep / rounded
+        fitted.append(replace(point, timestep=rounded, seconds=seconds))
+        if step == longest:
+            break
+    return fitted
 
 
 def _scale(scene: Scene) -> float:

@@ -1,13 +1,13 @@
 """Errors and costs of MuJoCo's methods for a scene, measured on this machine by `advise`."""
 
 from contextlib import nullcontext
-from typing import NamedTuple
 
 import mujoco
 
 from magmotor.advice.advise import survey
 from magmotor.advice.measured_quantities import POSITIONS
 from magmotor.advice.paths import INTEGRATORS
+from magmotor.advice.recommendation import Recommendation
 from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.mjcf.callbacks import acting_forces
@@ -18,18 +18,7 @@ DURATION, BUDGET = 20.0, 30.0
 """Duration of the paths (s; for the disk, units of time), and wall time in s to measure them."""
 
 
-class Measured(NamedTuple):
-    """The cheapest method and timestep that reach an error; see `Recommendation`."""
-
-    method: str
-    timestep: float
-    error: float
-    seconds: float
-    duration: float
-    basis: str
-
-
-def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
+def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Recommendation:
     """Measure the scene's own motion from its initial state.
 
     Raises
@@ -50,14 +39,10 @@ def measured(scene: Scene, error: float, methods: tuple[str, ...]) -> Measured:
             model, data, quantity=POSITIONS, duration=DURATION, error=error, budget=BUDGET,
             among=among, tune=False,
         )  # fmt: skip
-    if found.integrator is None:
+    if not found.method:
         raise ArgumentError("error", error, f"was not reached: {found.reason}")
-    best = next(
-        point for point in found.points
-        if (point.integrator, point.timestep) == (found.integrator, found.timestep)
+    return Recommendation(
+        quantity=found.quantity, error=error, method=among[found.method], timestep=found.timestep,
+        promised=found.promised, seconds=found.seconds, horizon=found.horizon, basis=found.basis,
+        uncharted=scene.device.uncharted(scene), time_unit=scene.device.time_unit,
     )  # fmt: skip
-    method = among[found.integrator]
-    basis = "measured on this machine"
-    if best.element:
-        basis += f"; worst over its own range: {best.element}"
-    return Measured(method, best.timestep, found.promised, best.seconds, found.horizon, basis)

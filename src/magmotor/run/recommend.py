@@ -1,84 +1,22 @@
 """`recommend`: the cheapest method and timestep that reach a given error."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Annotated, Literal, NamedTuple
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Annotated, Literal
 
-import numpy as np
-
-from magmotor.advice.measured_quantities import POSITIONS
+from magmotor.advice.points import Point, reaching
+from magmotor.advice.recommendation import Recommendation
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Seconds, fraction
 from magmotor.device.device import Scene
 from magmotor.run import chart_data
-from magmotor.run.chart_data import Curve, charted_scene, fit
+from magmotor.run.chart_data import charted_scene, fit
 from magmotor.run.measured import measured
-
-ADAPTIVE, RECORDING = "scipy/dop853", 0.1
-"""The method that chooses its own steps, and the default recording interval it is given (s)."""
-
 
 Engines = Literal["mujoco", "any"]
 """The engines among whose methods one is chosen."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Recommendation:
-    """A method and timestep with their expected error and cost.
-
-    Attributes
-    ----------
-    method : str
-    timestep : float
-        In seconds; for the disk, dimensionless.
-    quantity : str
-        The quantity that `error` refers to.
-    error : float
-        Upper bound of the relative error, as measured on the charted scene (see `charted`).
-    duration : float
-        Length of the run in which `error` was measured, in units of `time_unit`.
-    charted : str
-        How the charted scene differs; then the error of this scene is unknown. Empty if it does not
-        differ.
-    seconds : float
-        Wall time per simulated second (for the disk, per unit of time) on one core.
-    machine : str
-        The machine on which `seconds` was measured.
-    time_unit : str
-        "s", or "1" for the disk.
-    basis : str
-        What error and cost rest on: charts, with where and by which MuJoCo they were measured, or a
-        measurement on this machine, with the element that errs most over its own range.
-    uncharted : str
-        What the scene also has, and whose error is unknown: the heat between the temperatures of a
-        motor. Empty if there is none.
-    """
-
-    method: str
-    timestep: float
-    quantity: str
-    error: float
-    duration: float
-    charted: str
-    seconds: float
-    machine: str
-    time_unit: str
-    basis: str
-    uncharted: str = ""
-
-    def __str__(self) -> str:
-        """Return a one-line summary."""
-        unit, each = ("", "unit of time") if self.time_unit == "1" else (" s", "simulated second")
-        error = f"{100 * self.error:.2g} % over {self.duration:g}{unit or ' units of time'}"
-        if self.charted:
-            error = f"unknown for this scene ({error} for {self.charted})"
-        unknown = f"; the error of {self.uncharted} is unknown" if self.uncharted else ""
-        return (
-            f"{self.method} at a timestep of {self.timestep:g}{unit}: error of {self.quantity}"
-            f" {error}, {self.seconds:.2g} s per {each} ({self.basis}){unknown}"
-        )
 
 
 @checked
@@ -113,7 +51,7 @@ def recommend(
     20 uT; the motor's errors hardly change. A top that is not balanced errs up to a hundred times
     as much and more: measure it.
 
-    The error of each quantity, relative, in a run of `Recommendation.duration`:
+    The error of each quantity, relative, in a run up to `Recommendation.horizon`:
 
     - `momentum_map`: the largest error of J over the largest J (60 s).
     - `position`: the final error over the largest distance from the ring's axis (20 s).
@@ -147,7 +85,6 @@ def recommend(
     Returns
     -------
     Recommendation
-        Its method is the adaptive `scipy/dop853` only if no other method reaches the error.
 
     Raises
     ------
@@ -167,11 +104,7 @@ def recommend(
         _check_measured(quantity, timestep, engine)
         if method is not None:
             device.check_method(scene, method)
-        found = measured(scene, error, (method,) if method else supported)
-        return Recommendation(
-            quantity=POSITIONS, charted="", machine="this machine", time_unit=device.time_unit,
-            uncharted=device.uncharted(scene), **found._asdict(),
-        )  # fmt: skip
+        return measured(scene, error, (method,) if method else supported)
     device.check_charted(scene)
     considered = _methods_of("any" if method else engine, supported)
     hint = "" if considered == supported else "; engine = 'any' considers other engines, too"
@@ -190,41 +123,28 @@ def recommend(
                 "method", method, f"must be a method charted for {quantity}: {', '.join(choices)}"
             )
         choices = {method: choices[method]}
-    fitted = {name: fit(scene, name, curve) for name, curve in choices.items()}
-    points = [*_points(fitted, timestep)]
+    fitted = [fit(scene, curve) for curve in choices.values()]
+    points = [point for curve in fitted for point in _at(timestep, curve)]
     if not points:
-        longest = max(curve.steps[-1] for curve in fitted.values())
+        longest = max(curve[-1].timestep for curve in fitted)
         raise ArgumentError(
             "timestep", timestep, f"must be at most {longest:g}, the longest in the charts{hint}"
         )
-    longest_within = {point.method: point for point in points if point.error <= error}
     best = min(points, key=lambda point: point.error)
-    if longest_within:
-        best = min(longest_within.values(), key=lambda p: (p.method == ADAPTIVE, p.seconds))
+    if within := reaching(points, error):
+        best = within[0]
     elif timestep is None:
         smallest = float(f"{1.005 * best.error:.2e}")
         bound = f"at least {smallest:g}, the smallest charted for {quantity} ({best.method}"
         raise ArgumentError(
             "error", error, f"must be {bound} at a timestep of {best.timestep:g}){hint}"
         )
-    data = chart_data.load()
     return Recommendation(
-        quantity=quantity,
-        duration=data["durations"][type(charted_scene(scene)).__name__][quantity],
-        charted=_difference(scene),
-        machine=data["machine"],
-        time_unit=device.time_unit,
-        basis=chart_data.basis(),
-        uncharted=device.uncharted(scene),
-        **best._asdict(),
-    )
-
-
-class _Point(NamedTuple):
-    method: str
-    timestep: float
-    error: float
-    seconds: float
+        quantity=quantity, error=error, method=best.method, timestep=best.timestep,
+        promised=best.error, seconds=best.seconds, basis=chart_data.basis(),
+        horizon=chart_data.load()["durations"][type(charted_scene(scene)).__name__][quantity],
+        charted=_difference(scene), uncharted=device.uncharted(scene), time_unit=device.time_unit,
+    )  # fmt: skip
 
 
 def _check_measured(quantity: str | None, timestep: float | None, engine: Engines) -> None:
@@ -256,7 +176,7 @@ def _difference(scene: Scene) -> str:
 
 def _charted_curves(
     scene: Scene, considered: tuple[str, ...], hint: str
-) -> dict[str, dict[str, Curve]]:
+) -> dict[str, dict[str, list[Point]]]:
     """Return the curves of the scene's class and surface by quantity and method."""
     kind = type(charted_scene(scene)).__name__
     surface = getattr(scene, "surface", "planar")
@@ -267,14 +187,13 @@ def _charted_curves(
     return found
 
 
-def _points(curves: Mapping[str, Curve], timestep: float | None) -> Iterator[_Point]:
+def _at(timestep: float | None, curve: list[Point]) -> Iterator[Point]:
     """Yield all points; at a given timestep, the error of the next longer one and its own cost."""
-    for method, curve in curves.items():
-        for step, expected, seconds in zip(*map(np.ndarray.tolist, curve), strict=True):
-            if method == ADAPTIVE:
-                yield _Point(method, timestep or RECORDING, expected, seconds)
-            elif timestep is None:
-                yield _Point(method, step, expected, seconds)
-            elif step >= timestep * (1 - 1e-9):
-                yield _Point(method, timestep, expected, seconds * step / timestep)
-                break
+    if timestep is None:
+        yield from curve
+        return
+    for point in curve:
+        if point.timestep >= timestep * (1 - 1e-9):
+            seconds = point.seconds * point.timestep / timestep
+            yield replace(point, timestep=timestep, seconds=seconds)
+            return

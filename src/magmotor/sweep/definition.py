@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, get_args
 
+from magmotor.advice.recommendation import Recommendation
 from magmotor.common.checks import check_choice, check_integer, check_number, check_type, elements
 from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.versions import versions_that_matter
 from magmotor.device.device import SCENES, Scene
 from magmotor.device.provenance import fields_of, scene_from
-from magmotor.run.recommend import Engines, Recommendation, recommend
+from magmotor.run.recommend import Engines, recommend
 from magmotor.sweep.axes import Samples, Values, changed, numeric_fields, samples_from, values_axis
 from magmotor.sweep.case import Case, case_of, checked_seeds, child
 from magmotor.sweep.measures import TRAJECTORY, FromFile, imported, is_own, measure_of, named
