@@ -229,7 +229,7 @@ def main(
     if not 1.6 <= duration <= 60:
         raise ValueError(f"duration = {duration}: must be between 1.6 and 60 s")
     model = load()
-    mm.describe(model)
+    print(mm.describe(model))
     h = model.opt.timestep
     growth = rates(linearize(model)[0], h).real.max()
     distance = model.site("coil").pos[2]

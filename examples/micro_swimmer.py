@@ -211,7 +211,7 @@ def main(
     if not 2 <= replicas <= 10_000:
         raise ValueError(f"replicas = {replicas}: must be between 2 and 10000")
     model, drawn = load(), load(drawn=True)
-    mm.describe(model)
+    print(mm.describe(model))
     limit = step_out(model)
     paths = swim(model, np.repeat(FREQUENCIES * limit, replicas), 1e3 * duration)
     mean = rotation(paths).reshape(-1, replicas)

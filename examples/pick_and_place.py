@@ -227,7 +227,7 @@ def main(
     )
     print(*(warning.message for warning in said), sep="\n")
     print("mm.check, before the next run:")
-    mm.check(model, start(model), fix=True)
+    print(mm.check(model, start(model), fix=True))
     carried = perform(model)
     held = carried.sel(time=slice(*HELD))
     depth = -held.gap.min() / model.geom("pellet").size[0]

@@ -191,6 +191,7 @@ def test_the_duration_by_default_has_steps_enough(timestep, duration, monkeypatc
 def test_a_model_that_diverges_at_every_timestep_is_no_recommendation(capsys):
     unstable = OSCILLATOR.replace('stiffness="100"', 'stiffness="-1e9"')
     advice = mm.advise(*started(unstable, [AMPLITUDE]), budget=5)
+    print(advice)
     assert not advice.method
     assert (
         "no recommendation: the model diverges at every timestep tried" in capsys.readouterr().out
@@ -204,6 +205,7 @@ def test_an_interruption_gives_what_is_known(phase, monkeypatch, capsys):
 
     monkeypatch.setattr(survey, phase, interrupt)
     advice = mm.advise(*started(PENDULUM, [1.0, 0.5]), budget=10)
+    print(advice)
     assert len(advice.points) > 20
     assert advice.method == "RK4"
     assert "interrupted: this is what is known so far" in capsys.readouterr().out
@@ -219,5 +221,6 @@ def test_an_interrupted_reference_is_no_recommendation(monkeypatch, capsys):
         return data.qpos[0]
 
     advice = mm.advise(*started(PENDULUM, [1.0, 0.5]), quantity=quantity, budget=10)
+    print(advice)
     assert (advice.points, advice.method) == ((), "")
     assert "interrupted before a reference was found" in capsys.readouterr().out

@@ -29,6 +29,7 @@ def test_chaos_limits_the_horizon_and_gives_statistics(capsys, monkeypatch):
     Clock(monkeypatch, step=2e-5)
     coarse = PENDULUM.replace('"0.005"', '"0.02"')
     advice = mm.advise(*started(coarse, [2.5, 1.0]), duration=20.0, budget=15)
+    print(advice)
     assert advice.growth is not None
     assert advice.growth > 1e3
     assert 2.0 < advice.horizon < 20.0  # 5.5 s

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf.checking.check import SOUND, examined
+from magmotor.mjcf.checking.check import SOUND
 from magmotor.mjcf.checking.frequencies import largest_stiffness
 
 ROTOR = """
@@ -60,7 +60,7 @@ def test_a_rotor_that_its_potential_turns_too_fast(more, integrator):
     """MuJoCo's motion grows just above omega h = 2 and not just below, also with a free link."""
     model = rotor(more=more, option=f'integrator="{integrator}" timestep="4e-3"')
     omega = np.sqrt(0.32 * response(model))
-    found = examined(model)
+    found = mm.check(model)
     (finding,) = found.findings
     assert finding == (
         f"joint 'rotor' can swing or turn with omega = {omega:.3g} rad/s at most in its potential,"
@@ -70,16 +70,16 @@ def test_a_rotor_that_its_potential_turns_too_fast(more, integrator):
     assert 0.45 < found.timestep * omega < 0.5
     for product, stable in ((0.5, True), (1.95, True), (2.05, False)):
         model.opt.timestep = product / omega
-        assert (examined(model).findings == ()) == stable
+        assert (mm.check(model).findings == ()) == stable
         assert (farthest(model) < 1e-3) == stable
-    assert str(examined(model, fix=True)).endswith(f"set: timestep {found.timestep:g} s")
-    assert str(examined(model)) == SOUND
+    assert str(mm.check(model, fix=True)).endswith(f"set: timestep {found.timestep:g} s")
+    assert str(mm.check(model)) == SOUND
     assert farthest(model) < 2e-5
 
 
 def test_the_rotor_of_a_user():
     model = rotor(joint='damping="1e-7"')
-    (finding,) = examined(model).findings
+    (finding,) = mm.check(model).findings
     assert "omega h = 2.58 exceeds 2; take a timestep of at most 0.00038 s" in finding
 
 
@@ -92,7 +92,7 @@ def test_damping_that_keeps_a_rotor_stable_is_no_finding(integrator, damping):
     least = (0.32 * inverse * step**2 - 4) / (2 * step * inverse)
     option = f'integrator="{integrator}" timestep="{step}"'
     model = rotor(joint=f'damping="{damping * least}"', option=option)
-    assert (examined(model).findings == ()) == (damping > 1)
+    assert (mm.check(model).findings == ()) == (damping > 1)
     assert (farthest(model) < 1e-3) == (damping > 1)
 
 
@@ -100,7 +100,7 @@ def test_explicit_damping_keeps_no_rotor_stable():
     for option in ('integrator="RK4">', '><flag eulerdamp="disable"/></option><statistic'):
         text = ROTOR.format(user=STEEP, joint='damping="1"', option="{}", act="potentials", more="")
         text = text.replace("{}/>", option + ("</option>" if "RK4" in option else "/>"))
-        (finding,) = examined(mujoco.MjModel.from_xml_string(text)).findings
+        (finding,) = mm.check(mujoco.MjModel.from_xml_string(text)).findings
         assert "in its potential, so that omega h = 2.58 exceeds 2" in finding
 
 
@@ -113,12 +113,12 @@ def test_explicit_damping_keeps_no_rotor_stable():
     ],
 )
 def test_potentials_that_are_weak_or_do_not_act_are_no_finding(options):
-    assert not any("potential," in finding for finding in examined(rotor(**options)).findings)
+    assert not any("potential," in finding for finding in mm.check(rotor(**options)).findings)
 
 
 @pytest.mark.parametrize("user", ["0 1e300", "0 1e-300 0 1e308"])
 def test_potentials_that_overflow(user):
-    found = examined(rotor(user))
+    found = mm.check(rotor(user))
     assert "joint 'rotor'" in found.findings[0]
     assert found.timestep == 2e-3
 
@@ -129,7 +129,7 @@ def test_joints_that_are_alike_are_one_finding():
     text = ROTOR.format(user=STEEP, joint="", option="", act="potentials", more="")
     bodies = "".join(body.format(place) for place in range(1, 4))
     text = text.replace("<worldbody>", f"<worldbody>{bodies}")
-    findings = examined(mujoco.MjModel.from_xml_string(text)).findings
+    findings = mm.check(mujoco.MjModel.from_xml_string(text)).findings
     assert len(findings) == 2
     assert findings[0].startswith("joint 0 (and 2 more like it) can swing or turn with omega")
 
@@ -151,5 +151,5 @@ def test_the_shipped_models_have_no_such_finding():
     files = [file for file in files if "hand/coil" not in file.read_text()]  # a part of a model
     models = [mujoco.MjModel.from_xml_path(str(file)) for file in files]
     for model in (*models, mm.build(mm.Disk())):
-        assert not any("potential," in finding for finding in examined(model).findings)
+        assert not any("potential," in finding for finding in mm.check(model).findings)
     assert len(files) > 10

@@ -347,6 +347,7 @@ def test_an_actuator_that_does_not_exist_is_an_error():
 
 def test_describe_names_coils(capsys):
     found = mm.describe(coil())
+    print(found)
     assert found.coils == {"coil of the hand": ("current", 1)}
     assert found.fields == {"field": "uniform, driven by other"}
     assert found.acting == ("dipoles", "fields", "coils")

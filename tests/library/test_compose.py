@@ -137,7 +137,7 @@ def test_steps_are_the_same():
 def test_describe_and_check_say_the_same(tell, capsys):
     said = []
     for model in (composed().compile(), mujoco.MjModel.from_xml_string(by_hand())):
-        tell(model)
+        print(tell(model))
         said.append(capsys.readouterr().out)
     assert said[0] == said[1]
     assert tell is mm.check or "acting: dipoles, fields, coils and iron, by the plugin" in said[0]

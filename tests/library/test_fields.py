@@ -310,6 +310,7 @@ def test_describe_names_fields(capsys):
     text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (4, 5, 6), name="field_c")
     parts = numeric([1, 2, 3]), numeric(np.ones(8), "field_b"), text
     found = mm.describe(model_with(*parts, place))
+    print(found)
     assert found.acting == ("dipoles", "fields")
     assert found.fields == {
         "field": "uniform",

@@ -284,6 +284,7 @@ def checked(u, capsys, field=2.0, constant=True, step=2e-3):
         minus=-0.05 / u.length, half=2e-3 / u.length, moment=0.3 / u.moment, mass=1e-6 / u.mass,
         spin=100 * u.time,
     )))  # fmt: skip
+    print(found)
     assert capsys.readouterr().out == f"{found}\n"
     return found
 
@@ -317,6 +318,7 @@ def test_what_is_said_of_other_units_is_not_said_of_those_of_si(capsys):
     model, _ = beads()
     undeclared = BEADS.format(size="").replace("magnetic_constant", "other")
     found = mm.describe(model)
+    print(found)
     assert found.huge == {}
     (sentence,) = found.units
     assert "mu0 = 0.00125664" in sentence
@@ -328,6 +330,7 @@ def test_what_is_said_of_other_units_is_not_said_of_those_of_si(capsys):
     model = mujoco.MjModel.from_xml_string(undeclared)
     capsys.readouterr()
     found = mm.describe(model)
+    print(found)
     assert found.units == ()
     assert len(found.huge) == str(found).count("magnetic_constant") == 2
     model.site_user[:] = 1e5

@@ -85,7 +85,7 @@ class Advice(Recommendation):
     reason: str = ""
     notes: tuple[str, ...] = ()
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         """Return tables of what was measured, and the recommendation."""
         lines = [self._title()]
         if self.points:

@@ -25,7 +25,7 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Picture, fraction, number
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import UNMARKED
-from magmotor.mjcf.describe import described, elsewhere
+from magmotor.mjcf.describe import describe, elsewhere
 from magmotor.mjcf.magnetism import is_open
 from magmotor.mjcf.unit_system import own_units
 
@@ -93,7 +93,8 @@ def advise(  # noqa: PLR0913 (options)
     Returns
     -------
     Advice
-        It has also been printed. After Ctrl-C, it contains what is known so far.
+        Its text, for `print`, has tables and the advice. After Ctrl-C, it contains what is known
+        so far.
 
     Raises
     ------
@@ -129,6 +130,7 @@ def advise(  # noqa: PLR0913 (options)
     >>> import mujoco
     >>> model = mujoco.MjModel.from_xml_path("robot.xml")  # doctest: +SKIP
     >>> advice = mm.advise(model, error=0.01, picture="advice.png")  # doctest: +SKIP
+    >>> print(advice)  # doctest: +SKIP
     >>> model.opt.timestep = advice.timestep  # doctest: +SKIP
     """
     if picture is not None:
@@ -137,7 +139,6 @@ def advise(  # noqa: PLR0913 (options)
         model, data, quantity=quantity, duration=duration, error=error, budget=budget,
         detail=detail, kT=kT, every_element=every_element,
     )  # fmt: skip
-    print(advice)
     if picture is not None and advice.points:
         advice.draw(picture)
     return advice
@@ -148,7 +149,7 @@ def survey(  # noqa: PLR0913 (those of advise)
     budget: float, duration: float | None = None, detail: bool = False, kT: float | None = None,
     among: Collection[str] = (*INTEGRATORS,), tune: bool = True, every_element: bool = True,
 ) -> Advice:  # fmt: skip
-    """Return what `advise` prints; only some integrators may be recommended.
+    """Do what `advise` does; only some integrators may be recommended.
 
     Parameters
     ----------
@@ -180,7 +181,7 @@ def survey(  # noqa: PLR0913 (those of advise)
         notes=own_units(model),
     )  # fmt: skip
     if kT is None and not is_open() and acting_forces(model) & ~UNMARKED:
-        advice.notes += tuple(f"not acting: {reason}" for reason in elsewhere(described(model)))
+        advice.notes += tuple(f"not acting: {reason}" for reason in elsewhere(describe(model)))
     with tqdm(total=round(budget), unit="s", leave=False, disable=None) as bar:
         show = partial(_show, bar, time.perf_counter())
         measurement = Measurement(runs, read, duration, every_element=every_element)

@@ -53,7 +53,7 @@ class Recommendation:
     uncharted: str = ""
     time_unit: str = "s"
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         """Return a one-line summary."""
         unknown = f"; the error of {self.uncharted} is unknown" if self.uncharted else ""
         return f"{self._sentence()} ({self.basis}){unknown}"

@@ -3,7 +3,7 @@
 The exit code is 1 if nothing reaches the error.
 """
 
-from contextlib import nullcontext, redirect_stdout
+from contextlib import nullcontext
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -109,6 +109,7 @@ def report(options: Options) -> None:
             moving = ", ".join(options_that_move(model))
             raise InputError(f"{error}; options that set it in motion: {moving}") from error
         raise
+    print(advice)
     if options.picture is not None and advice.points:
         with written_whole(options.picture) as part:
             advice.draw(part, options.dpi)
@@ -121,8 +122,7 @@ def report(options: Options) -> None:
 
 def print_findings(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Print what `check` finds, if anything, since that may be why nothing reaches the error."""
-    with redirect_stdout(None):
-        found = check(model, data).findings
+    found = check(model, data).findings
     if found:
         print("what `magmotor check` finds may be the reason:", *found, sep="\n")
 

@@ -15,7 +15,7 @@ from magmotor.commands.model_file import answer, ignore_idle, is_dropped, read
 from magmotor.commands.output import writes, written_whole
 from magmotor.commands.parsing import parse_options
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.checking.check import NOTE, check, examined
+from magmotor.mjcf.checking.check import NOTE, check
 
 FOUND = 1
 """Exit code if there are findings."""
@@ -48,7 +48,7 @@ def report(options: Options) -> None:
         print(f"in {options.fix}:")
         model, data = read(options.fix, options.keyframe)
     dropped = options.model.suffix.lower() != ".mjb" and is_dropped(options.model, model)
-    found = examined(model, data)
+    found = check(model, data)
     if found.findings or not dropped:  # which has been said
         print(found)
     else:

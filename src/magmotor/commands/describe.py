@@ -27,4 +27,4 @@ def main() -> None:
 
 def print_description(path: Path) -> None:
     """Print the description of a file."""
-    describe(read(path)[0])
+    print(describe(read(path)[0]))

@@ -44,7 +44,7 @@ OF_PLANETS = 1e15
 
 @dataclass(frozen=True)
 class Description:
-    """What acts on a model; `print` shows it.
+    """What acts on a model, as text for `print`.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Description:
     units: tuple[str, ...]
     idle: tuple[str, ...]
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         """Return one line for each kind of force, and for each reason why something is idle."""
         return "\n".join(self._lines())
 
@@ -177,7 +177,7 @@ class Description:
 
 @checked
 def describe(model: mujoco.MjModel) -> Description:
-    """Print and return which of magmotor's forces act on a model, and what does not act and why.
+    """Return which of magmotor's forces act on a model, and what does not act and why.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def describe(model: mujoco.MjModel) -> Description:
     Examples
     --------
     >>> import magmotor as mm
-    >>> found = mm.describe(mm.build(mm.Motor()))  # doctest: +ELLIPSIS
+    >>> print(mm.describe(mm.build(mm.Motor())))  # doctest: +ELLIPSIS
     acting: dipoles, couplings and noise, inside magmotor.magnetism()
     dipoles: 1 on ball, 20 on inner_ring, 5 on outer_ring
     pairs: ball and inner_ring (times 2), ball and outer_ring, inner_ring and outer_ring
@@ -203,13 +203,6 @@ def describe(model: mujoco.MjModel) -> Description:
     temperature: kT = 3.333e-06 J
     not acting: dipoles, couplings and noise outside of magmotor.magnetism(), since the model ...
     """
-    found = described(model)
-    print(found)
-    return found
-
-
-def described(model: mujoco.MjModel) -> Description:
-    """Return what of magmotor acts on a model; see `describe`."""
     kinds = acting_forces(model)
     named = [word for word, bit in WORDS.items() if word != "all" and kinds & bit]
     bodies = dipole_counts(model) if "dipoles" in named else {}

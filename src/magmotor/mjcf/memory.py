@@ -186,15 +186,15 @@ def numbers(address, rows, columns):
 
 
 @intrinsic
-def borrowed(typingctx, value):
+def borrowed(typingctx, value: Any):
     """Return a caller's array, or a tuple of some, without reference counts, which slow loops."""
 
-    def without_counts(context, builder, kind, value):
+    def without_counts(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         if isinstance(kind, types.Array):
             array = context.make_array(kind)(context, builder, value)
             array.meminfo = array.parent = ir.Constant(ir.IntType(8).as_pointer(), None)
             return array._getvalue()
-        for i, element in enumerate(kind if isinstance(kind, types.BaseTuple) else ()):
+        for i, element in enumerate(getattr(kind, "types", ())):
             part = without_counts(context, builder, element, builder.extract_value(value, i))
             value = builder.insert_value(value, part, i)
         return value

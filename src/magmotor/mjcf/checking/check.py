@@ -16,7 +16,7 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.findings import Failure, failures
 from magmotor.mjcf.checking.order import require_order
-from magmotor.mjcf.describe import Description, described, elsewhere
+from magmotor.mjcf.describe import Description, describe, elsewhere
 from magmotor.mjcf.idle import renamed
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.lookup import INTEGRATORS
@@ -42,7 +42,7 @@ LISTED = 4
 
 @dataclass(frozen=True)
 class Check:
-    """What will fail in a model; `print` shows it.
+    """What will fail in a model, as text for `print`.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Check:
     units: tuple[str, ...]
     notes: tuple[str, ...]
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         """Return one line for each finding, up to 20, each setting and each note."""
         more = len(self.findings) - FULL
         counted = [f"and {more} more findings"] * (more > 1)
@@ -93,7 +93,7 @@ def check(
     *,
     fix: bool = False,
 ) -> Check:
-    """Print and return which parts of a model with magnets will fail, and settings that prevent it.
+    """Return which parts of a model with magnets will fail, and settings that prevent it.
 
     It compares the frequencies of the magnets with the timestep, in the state given and where their
     geoms touch; the contacts, and limits of slides, with the forces that they must hold, also on a
@@ -136,27 +136,18 @@ def check(
     ...     </body>
     ...   </worldbody>
     ... </mujoco>''')
-    >>> found = mm.check(model, fix=True)  # doctest: +ELLIPSIS
+    >>> print(mm.check(model, fix=True))  # doctest: +ELLIPSIS
     bodies 'one' and 'other' will fly apart once they touch: where they touch, they attract ...
     set: solref="0.00034 1" of geom 0 of body 'one' and geom 1 of body 'other'
     set: timestep 0.00017 s
     note: not acting: dipoles outside of magmotor.magnetism(), since the model has no plugin ...
-    >>> found = mm.check(model)  # doctest: +ELLIPSIS
+    >>> print(mm.check(model))  # doctest: +ELLIPSIS
     nothing to fix
     note: not acting: dipoles outside of magmotor.magnetism(), since the model has no plugin ...
     """
-    result = examined(model, data, fix=fix)
-    print(result)
-    return result
-
-
-def examined(
-    model: mujoco.MjSpec | mujoco.MjModel, data: mujoco.MjData | None = None, *, fix: bool = False
-) -> Check:
-    """Do what `check` does, but print nothing."""
     if isinstance(model, mujoco.MjSpec):
         own = compiled(model)
-        result = examined(own, data, fix=fix)
+        result = check(own, data, fix=fix)
         if fix:
             _copy_settings(own, model)
         return result
@@ -166,7 +157,7 @@ def examined(
     tried, solref, integrator = copy.copy(model), {}, ""
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, since the findings say the same
-        state, description = _state(model, data), described(model)
+        state, description = _state(model, data), describe(model)
         found = [*failures(tried, state, description)]
         first, doubts = ([each for each in found if each.note is kind] for kind in (False, True))
         for _ in range(ROUNDS):  # since one proposal may need another
