@@ -194,4 +194,5 @@ FIGURE = Figure(
     draw,
     (),
     (METHOD,),
+    undecided=(0, 1, 2, 3, 5),
 )

@@ -25,9 +25,11 @@ WARM = 5e4
 REPLICAS, BATCHES = 24, 8
 """Runs simulated together, which end when one of them tips over, and repetitions."""
 
+QUICK_REPLICAS = 3
+"""Runs of the only batch at reduced size."""
+
 NUMERICS = {
     "method": REFERENCE, "timestep": 0.2, "duration": 1e5, "record_interval": 50,
-    "replicas": REPLICAS,
 }  # fmt: skip
 
 
@@ -48,14 +50,15 @@ class WeakNoise(NamedTuple):
 @cache
 def weak_noise(quick: bool) -> WeakNoise:
     """Simulate the runs."""
+    count, replicas = (1, QUICK_REPLICAS) if quick else (BATCHES, REPLICAS)
     batches = [
-        until_tipping(SCENE, seed=seed, **NUMERICS)
-        for seed in range(1, 2 if quick else BATCHES + 1)
+        until_tipping(SCENE, seed=seed, replicas=replicas, **NUMERICS)
+        for seed in range(1, count + 1)
     ]
     warm = (
         MotorRun("nonuniform", batch.isel(replica=k).sel(time=slice(WARM, None)))
         for batch in batches
-        for k in range(REPLICAS)
+        for k in range(replicas)
     )
     axial = np.concatenate([_axial_share(batch) for batch in batches])
     return WeakNoise(collected("nonuniform", warm), axial)

@@ -73,7 +73,7 @@ def test_a_tilted_ring_has_the_least_energy_that_a_state_has():
 def test_barriers_are_alike_on_all_sides(monkeypatch):
     """The outer ring has five dipoles: the sides beyond 36 degrees are images of those before."""
     monkeypatch.setattr(level_ring, "TILTS", np.radians([0.0, 15.0]))
-    monkeypatch.setattr(level_ring, "paper_runs", list)
+    monkeypatch.setattr(level_ring, "paper_runs", lambda _quick: [])
     monkeypatch.setattr(level_ring, "AZIMUTHS", np.radians([9.0, 81.0, 63.0, 189.0]))
     barriers = level_ring.compute(True).barriers
     np.testing.assert_allclose(barriers, barriers[0], rtol=2e-3)  # 6e-4
