@@ -25,12 +25,13 @@ WARM = 5e4
 REPLICAS, BATCHES = 24, 8
 """Runs simulated together, which end when one of them tips over, and repetitions."""
 
-QUICK_REPLICAS = 3
-"""Runs of the only batch at reduced size."""
+QUICK_REPLICAS = 8
+"""Runs of the only batch at reduced size; they have five flights on average."""
 
 NUMERICS = {
     "method": REFERENCE, "timestep": 0.2, "duration": 1e5, "record_interval": 50,
 }  # fmt: skip
+QUICK_NUMERICS = NUMERICS | {"timestep": 0.4, "record_interval": 25}
 
 
 class WeakNoise(NamedTuple):
@@ -51,8 +52,9 @@ class WeakNoise(NamedTuple):
 def weak_noise(quick: bool) -> WeakNoise:
     """Simulate the runs."""
     count, replicas = (1, QUICK_REPLICAS) if quick else (BATCHES, REPLICAS)
+    numerics = QUICK_NUMERICS if quick else NUMERICS
     batches = [
-        until_tipping(SCENE, seed=seed, replicas=replicas, **NUMERICS)
+        until_tipping(SCENE, seed=seed, replicas=replicas, **numerics)
         for seed in range(1, count + 1)
     ]
     warm = (

@@ -4,8 +4,6 @@ Statistical tests have fixed seeds; their bounds are those of the claim, or 4 st
 alarm rate 6e-5), and the standard error stands beside the measured value.
 """
 
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
@@ -473,17 +471,3 @@ def test_aliased_flights_end_in_a_divergence(method):
     assert error.time == float(error.dataset.time[-1]) + 1500
     limit = 200 * theory.temperature(PAPER)
     assert float(error.dataset.energy.max()) < 1.01 * limit + 4
-
-
-KERNEL_IN_A_PROCESS = """
-import magmotor as mm
-from magmotor.devices.disk.variational import kernel
-mm.simulate(mm.Disk(), method="variational/baoab", timestep=0.01, duration=1)
-print(sum(kernel(mm.Disk(), "baoab").stats.cache_hits.values()))
-"""
-
-
-def test_the_kernel_is_compiled_once_for_all_processes():
-    command = [sys.executable, "-c", KERNEL_IN_A_PROCESS]
-    runs = [subprocess.run(command, capture_output=True, text=True, check=True) for _ in range(2)]
-    assert int(runs[1].stdout) == 1
