@@ -287,11 +287,11 @@ def temperatures(method, timestep, duration, burn_in, *, seed):
 
 @pytest.mark.slow
 def test_equipartition():
-    """Five modes are within 3 % of kT at h = 0.4 and within 5 errors; false alarms: 0.08 %.
+    """Five modes are within 3 % of kT at h = 0.2 and within 5 errors; false alarms: 0.08 %.
 
     MuJoCo's splitting agrees along one path to 1e-10, see `test_mujoco_baoab.py`.
     """
-    found, error = temperatures("variational/baoab", 0.4, 6e4, 2000.0, seed=11)
+    found, error = temperatures("variational/baoab", 0.2, 6e4, 2000.0, seed=11)
     assert error.max() < 0.012  # of ring_3, whose correlation time is the longest: 0.0077, 0.0137
     assert abs(found - 1).max() < 0.03  # 0.0043, 0.018
     assert (abs(found - 1) < 5 * error).all()
@@ -300,13 +300,13 @@ def test_equipartition():
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["variational/euler", "variational/cayley", "mujoco/euler"])
 def test_euler_overheats_the_slip_as_predicted(method):
-    """The factor is 1/(1 - 0.525 h), 5.5 % at h = 0.1; error 0.5 %, false alarms 0.02 %.
+    """The factor is 1/(1 - 0.525 h), 5.5 % at h = 0.1; error 0.7 %, false alarms 0.02 %.
 
     Seven standard errors tell it from 1.
     """
     found, error = temperatures(method, 0.1, 4000.0, 500.0, seed=12)
     slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
-    assert off < 0.008  # TODO
+    assert off < 0.008  # 0.0074
     assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)  # 0.001
 
 
