@@ -206,10 +206,11 @@ class Motors(NamedTuple):
 def many_runs(name: str, quick: bool, method: str = METHOD) -> ManyRuns:
     """Simulate a set of `SETS`."""
     size = SETS[name]
+    timestep = max(size.timestep, QUICK_NUMERICS["timestep"]) if quick else size.timestep
     runs = (
         simulate_run(
-            name, Motor.paper(name), method=method, timestep=size.timestep,
-            duration=DURATION, record_interval=round(RECORD_INTERVAL / size.timestep), seed=seed,
+            name, Motor.paper(name), method=method, timestep=timestep,
+            duration=DURATION, record_interval=round(RECORD_INTERVAL / timestep), seed=seed,
         )
         for seed in range(SEED, SEED + (size.quick if quick else size.full))
     )  # fmt: skip

@@ -141,13 +141,13 @@ def of_the_reduced_equation(random):
     """Draw durations with the survival of the reduced equation, by inversion."""
     t = np.geomspace(1, 4e4, 2000)
     survival = FlightLaw(flight_law.COLD).survival(t)
-    return np.exp(np.interp(-np.log(random.uniform(size=4_000_000)), -np.log(survival), np.log(t)))
+    return np.exp(np.interp(-np.log(random.uniform(size=1_000_000)), -np.log(survival), np.log(t)))
 
 
 @pytest.mark.parametrize(("law", "verdict"), [
     (of_the_reduced_equation, "right"),
-    (lambda random: random.exponential(400, 4_000_000), "wrong"),
-    (lambda random: random.pareto(1.7, 4_000_000), "wrong"),
+    (lambda random: random.exponential(400, 1_000_000), "wrong"),
+    (lambda random: random.pareto(1.7, 1_000_000), "wrong"),
 ], ids=["reduced", "exponential", "power"])  # fmt: skip
 def test_the_end_of_flights_is_told_from_other_laws(law, verdict):
     claim = flight_law.claim_of_the_end(cold_flights(law(np.random.default_rng(5))))
@@ -165,12 +165,12 @@ def test_the_exponent_of_a_stretched_exponential(q):
 def test_flights_by_the_reduced_equation_are_those_of_a_simulation_with_constant_diffusion():
     """On flat U with drag, d is an Ornstein-Uhlenbeck process: in the end, an exponential law.
 
-    The standard errors of the two slopes are 1 %; a deviation of 10 % by chance is impossible.
+    The standard errors of the two slopes are 1.4 %; 10 % by chance are impossible.
     """
     scene = mm.Disk(potential="flat", drag=1e-2, rotational_drag=5e-3)
     run = mm.ensemble(
-        scene, method="variational/baoab", timestep=0.1, duration=4e3, replicas=4096, seed=7,
-        sample_interval=2, initial=mm.gibbs(scene, 4096, seed=8),
+        scene, method="variational/baoab", timestep=0.1, duration=4e3, replicas=2048, seed=7,
+        sample_interval=2, initial=mm.gibbs(scene, 2048, seed=8),
     )  # fmt: skip
     begins = 0.2 * 2**9, 0.2 * 2**10
     slopes, _ = flight_law.measured_slopes(run, begins)
