@@ -170,7 +170,7 @@ NOISY = {
     "disk": Subject(mm.Disk(sigma=0.5, friction=0.5, noise=1.0), DISK, 2.0, 0.5),
     "motor": Subject(
         mm.Motor(position=(0.45, 0.2), velocity=(0.02, -0.01), axis=(0.3, -0.2, 1.0)),
-        (*BALL, *RING), 4.0, 0.5, initial=TUMBLING,
+        (*BALL, *RING), 2.0, 0.5, initial=TUMBLING,
     ),
 }  # fmt: skip
 REPLICAS = {"disk": 1000, "motor": 300}
@@ -178,15 +178,15 @@ FACTORS = (16, 64)
 
 # Columns as in NOISY; the comments have the measured orders.
 STRONG_ORDERS = {
-    "variational/euler": (1, 1),  # 1.01 1.00
-    "variational/cayley": (0, 1),  # - 0.98
-    "variational/verlet": (1, 1),  # 0.98 1.02
-    "variational/baoab": (1, 1),  # 0.98 1.08
-    "variational/middle": (1, 1),  # 0.99 1.00
+    "variational/euler": (1, 1),  # 1.01 1.01
+    "variational/cayley": (0, 1),  # - 1.02
+    "variational/verlet": (1, 1),  # 0.98 1.05
+    "variational/baoab": (1, 1),  # 0.98 1.11
+    "variational/middle": (1, 1),  # 0.99 0.98
     "mujoco/euler": (1, 1),  # 1.01 1.01
     "mujoco/implicitfast": (1, 1),  # 0.98 1.01
-    "mujoco/rk4": (1, 1),  # 0.98 1.02
-    "mujoco/baoab": (1, 1),  # 0.98 1.08
+    "mujoco/rk4": (1, 1),  # 0.98 1.03
+    "mujoco/baoab": (1, 1),  # 0.98 1.11
 }
 
 STRONG_CASES = cases(STRONG_ORDERS, NOISY)
@@ -222,5 +222,5 @@ def test_strong_order(method, name, order):
         means = np.reshape(squares, (len(FACTORS), 10, -1)).mean(axis=-1)
         measured = np.polyfit(np.log(FACTORS), np.log(means) / 2, 1)[0]
         error = measured.std(ddof=1) / np.sqrt(10)
-        assert error < 0.15 / 4, quantity  # 0.015, 0.027
+        assert error < 0.15 / 4, quantity  # 0.015, 0.020
         assert abs(measured.mean() - order) < 0.15, quantity

@@ -35,8 +35,8 @@ def field(strength):
 
 
 @pytest.mark.parametrize(("scene", "spin"), [
-    (mm.Top.paper(4), 7.17), (LEVEL.replace(**tilted(1e-3)), 4.95),
-    (LEVEL.replace(**field(20e-6)), 1.44), (mm.Top.paper(4, torsional_damping=1e-5), 4.73),
+    (LEVEL.replace(**tilted(1e-3)), 4.95), (LEVEL.replace(**field(20e-6)), 1.44),
+    (mm.Top.paper(4, torsional_damping=1e-5), 4.73),
     (mm.Top.paper(4, drag=mm.theory.eddy_drag(mm.Top(), 3.5e7)), 0.26),
 ])  # fmt: skip
 def test_the_spin_after_a_minute(scene, spin):

@@ -520,7 +520,7 @@ def test_a_smaller_error_costs_more(scene, method):
 
 
 def test_a_scene_is_measured_when_asked(monkeypatch):
-    Clock(monkeypatch, step=1e-4)  # so that the budget is the same work on any machine
+    Clock(monkeypatch, step=3e-4)  # so that the budget is the same work on any machine
     scene = mm.Disk(noise=0.5)
     choice = mm.recommend(scene, method="mujoco/euler", error=0.03, measure=True)
     assert (choice.charted, choice.machine, choice.quantity) == ("", "this machine", "positions")

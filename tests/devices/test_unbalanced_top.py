@@ -284,8 +284,7 @@ def test_a_heavy_side_stops_the_spin_where_its_weight_balances_friction():
 
 
 @pytest.mark.parametrize(("offset", "tilt", "spin"), [
-    ((-2e-5, 0, 0), PAPER_TILT, 7.28), ((4.2e-5, 0, 0), PAPER_TILT, 0.32),
-    ((0, 4.2e-5, 0), 0.0, 0.96), ((0, 2e-4, 0), PAPER_TILT, 2.01), ((0, 0, 1e-3), 0.0, 0.13),
+    ((4.2e-5, 0, 0), PAPER_TILT, 0.32), ((0, 2e-4, 0), PAPER_TILT, 2.01), ((0, 0, 1e-3), 0.0, 0.13),
 ])  # fmt: skip
 def test_the_spin_after_a_minute(offset, tilt, spin):
     """The largest omega . xi_3 in rad/s, by DOP853, by another solver and by a third program."""
