@@ -4,7 +4,7 @@ A claim is a statement of a caption, or of the text around it, compared with a m
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -33,7 +33,7 @@ class Claim:
     measured : str
         The deciding number, with unit, error and bound.
     verdict : {"right", "in part", "wrong", "not decided"} or None
-        "not decided" if the sample is too small, as for some claims at reduced size. None if
+        "not decided" if the sample is too small, as for many claims at reduced size. None if
         another figure judges the same claim.
     figures : tuple of int
         The paper's figures that make the claim, if the picture is the counterpart of others, too.
@@ -104,6 +104,8 @@ class Figure:
         Numbers of the paper's figures that this one reproduces.
     methods : tuple of str
         The methods `engine/scheme` of all runs, as in the attributes of their datasets.
+    undecided : tuple of int
+        Which claims, counted from 0, need the statistics of the full size.
     """
 
     name: str
@@ -114,6 +116,15 @@ class Figure:
     draw: Callable[[Any, Path], None]
     numbers: tuple[int, ...] = ()
     methods: tuple[str, ...] = ()
+    undecided: tuple[int, ...] = ()
+
+    def judge(self, data: Any, quick: bool) -> list[Claim]:
+        """Return the claims; at reduced size, those that need the full one are not decided."""
+        found = self.claims(data)
+        return [
+            replace(claim, verdict="not decided") if quick and k in self.undecided else claim
+            for k, claim in enumerate(found)
+        ]
 
     @property
     def source(self) -> str:

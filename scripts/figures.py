@@ -39,7 +39,8 @@ class Options:
     names: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     """figures to reproduce; by default all"""
     quick: bool = False
-    """shorter runs and fewer realizations; nothing is copied to docs/"""
+    """shorter runs and fewer realizations, which leave many claims undecided; nothing is copied to
+    docs/"""
     list: bool = False
     """only list the figures"""
     out: Path = Path("out/figures")
@@ -82,7 +83,7 @@ def listing() -> Iterator[str]:
 
 def make(figure: Figure, options: Options) -> list[Claim]:
     data = figure.compute(options.quick)
-    claims = figure.claims(data)
+    claims = figure.judge(data, options.quick)
     print(*lines(claims), sep="\n", flush=True)
     picture, record = (options.out / f"{figure.name}{suffix}" for suffix in (".png", ".json"))
     with written_whole(picture) as part:

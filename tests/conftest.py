@@ -98,19 +98,6 @@ def opengl():
 
 
 @pytest.fixture(scope="session")
-def motor_replicas():
-    """Twelve runs of the motor, each long enough for stays and flights."""
-    return mm.simulate(
-        mm.Motor(),
-        method="variational/baoab",
-        timestep=0.5,
-        duration=1e5,
-        record_interval=10,
-        replicas=12,
-    )
-
-
-@pytest.fixture(scope="session")
 def case4_truth():
     """Case 4 by DOP853 for 60 s, every 0.1 s; halving its tolerance moves J by 1e-13 of its max."""
     return mm.simulate(mm.Top.paper(4), method="scipy/dop853", timestep=0.1, duration=60)

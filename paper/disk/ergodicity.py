@@ -1,6 +1,7 @@
 """Time averages along one path of the disk against the Gibbs measure, and how slowly they come."""
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,6 +72,7 @@ class Averages:
     """Mean of d at these times over d at the start, and its standard error."""
 
 
+@cache
 def compute(quick: bool) -> Averages:
     """Simulate the paths."""
     scene, sizes = Disk(), QUICK if quick else FULL

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,8 +34,8 @@ FULL = {
     "cold": {"timestep": 0.1, "duration": 2e5, "replicas": 2**14},
 }
 QUICK = {
-    "paper": {"timestep": 0.05, "duration": 2e4, "replicas": 1024},
-    "cold": {"timestep": 0.1, "duration": 2e4, "replicas": 4096},
+    "paper": {"timestep": 0.05, "duration": 2e4, "replicas": 512},
+    "cold": {"timestep": 0.1, "duration": 2e4, "replicas": 2048},
 }
 
 OCTAVES = {"paper": (2**13, 2**15, 2**17), "cold": (2**9, 2**11, 2**13)}
@@ -112,7 +113,7 @@ def claims(flights: Flights) -> list[Claim]:
 
 def _claim_of_the_slope(flights: Flights) -> Claim:
     run, begins = flights.runs["paper"], flights.octaves["paper"]
-    law = FlightLaw(_scene(run))
+    law = _law(_scene(run))
     slopes, errors = measured_slopes(run, begins)
     expected = expected_slopes(law, begins)
     far = law.slope(np.array([1e6, 1e7, 1e8]))
@@ -132,7 +133,7 @@ def claim_of_the_end(flights: Flights) -> Claim:
     """Return the claim of a stretched exponential, which neither of two other laws passes."""
     run, begins = flights.runs["cold"], flights.octaves["cold"]
     scene = _scene(run)
-    law, tau = FlightLaw(scene), stretched_time(scene)
+    law, tau = _law(scene), stretched_time(scene)
     slopes, errors = measured_slopes(run, begins)
     expected = expected_slopes(law, begins)
     q, error = exponent(slopes, errors, begins[1] / begins[0])
@@ -156,6 +157,12 @@ def claim_of_the_end(flights: Flights) -> Claim:
 def _agree(slopes: Array, errors: Array, expected: Array) -> bool:
     allowed = BLURRED * np.abs(expected) + SIGNIFICANT * errors
     return bool((np.abs(slopes - expected) < allowed).all())
+
+
+@cache
+def _law(scene: Disk) -> FlightLaw:
+    """Return the law, whose modes take a second."""
+    return FlightLaw(scene)
 
 
 def _scene(run: xr.Dataset) -> Disk:
@@ -204,7 +211,7 @@ def draw(flights: Flights, path: Path) -> None:
 
 
 def _draw_survival(axes: "Axes", name: str, run: xr.Dataset) -> None:
-    law, found = FlightLaw(_scene(run)), observables.flight_survival(run)
+    law, found = _law(_scene(run)), observables.flight_survival(run)
     kept = found.isel(flight_duration=found.survival.values > 3 * found.survival_error.values)
     kept = kept.isel(flight_duration=kept.flight_duration.values >= LONG)
     lasting = float(kept.survival[0])
@@ -219,7 +226,7 @@ def _draw_survival(axes: "Axes", name: str, run: xr.Dataset) -> None:
 
 def _draw_slopes(axes: "Axes", name: str, run: xr.Dataset) -> None:
     scene = _scene(run)
-    law, tau = FlightLaw(scene), stretched_time(scene)
+    law, tau = _law(scene), stretched_time(scene)
     found = observables.flight_survival(run)
     enough = found.survival.values > 12 * found.survival_error.values
     times = found.flight_duration.values[enough & (found.flight_duration.values >= 2 * LONG)]

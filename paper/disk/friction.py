@@ -59,7 +59,7 @@ WEAK = Disk(friction_ratio=1e-3)
 """The paper's friction matrix with 0.1 % of its eigenvalue on the second direction."""
 
 FULL = {"replicas": 1024, "duration": 131_072.0}
-QUICK = {"replicas": 512, "duration": 4096.0}
+QUICK = {"replicas": 256, "duration": 4096.0}
 """Errors come from groups of 128 replicas."""
 
 LAG = 1024.0

@@ -61,6 +61,7 @@ class Memory:
     """Largest change of d on flat U, in its standard deviations."""
 
 
+@cache
 def compute(quick: bool) -> Memory:
     """Simulate the disks from the Gibbs measure."""
     replicas, duration = (512, 4e3) if quick else (2048, 2e4)

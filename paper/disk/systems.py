@@ -30,9 +30,9 @@ FULL = {
 BESIDE = {"method": METHOD, "timestep": 0.05, "replicas": 64}
 """MuJoCo's own ensembles: as many replicas as two cores simulate in a good minute at full size."""
 
-QUICK = FULL | {"timestep": 0.02, "duration": 5000.0, "replicas": 1024}
+QUICK = FULL | {"timestep": 0.05, "duration": 2500.0, "replicas": 512}
 
-BESIDE_QUICK = BESIDE | {"replicas": 32}
+BESIDE_QUICK = BESIDE | {"replicas": 8}
 
 
 def disk_scenes(disk: Disk) -> dict[str, Scene]:

@@ -39,7 +39,7 @@ AIR_SPEED = 2e-3
 SHARES = 1e-3, 1e-2, 1e-1
 """Isotropic friction beside that of the slip, over c."""
 
-SIZE = {False: Size(64, 1e5, 2e3), True: Size(24, 4e4, 2e3)}
+SIZE = {False: Size(64, 1e5, 2e3), True: Size(6, 2.5e4, 2e3)}
 
 
 def isotropic(motor: Motor, share: float) -> Motor:
@@ -258,4 +258,5 @@ FIGURE = Figure(
     draw,
     (),
     (METHOD,),
+    undecided=(0, 2),
 )

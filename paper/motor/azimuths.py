@@ -32,11 +32,11 @@ class Ensemble(NamedTuple):
 
 
 ENSEMBLES = {
-    "uniform": Ensemble(Motor(), 0.4, 256, 48, 100),
-    "factor 1": Ensemble(Motor(ball_ring_factor=1), 0.4, 128, 8, 200),
-    "nonuniform": Ensemble(Motor.paper("nonuniform-a"), 0.1, 128, 16, 300),
-    "air at 2 mm/s": Ensemble(Motor().in_air(speed=0.002), 0.4, 128, 8, 500),
-    "air at 20 mm/s": Ensemble(Motor().in_air(speed=0.02), 0.4, 128, 8, 600),
+    "uniform": Ensemble(Motor(), 0.4, 256, 6, 100),
+    "factor 1": Ensemble(Motor(ball_ring_factor=1), 0.4, 128, 2, 200),
+    "nonuniform": Ensemble(Motor.paper("nonuniform-a"), 0.1, 128, 2, 300),
+    "air at 2 mm/s": Ensemble(Motor().in_air(speed=0.002), 0.4, 128, 2, 500),
+    "air at 20 mm/s": Ensemble(Motor().in_air(speed=0.02), 0.4, 128, 2, 600),
 }
 """All runs last for `DURATION`, those at nonuniform temperature at most, until the ring tips."""
 
@@ -53,13 +53,19 @@ class Azimuths(NamedTuple):
     """horizontal components of the inner ring's axis; each of shape (T, 2)"""
 
 
-@cache
 def azimuths(name: str, quick: bool) -> Azimuths:
     """Simulate one of `ENSEMBLES`."""
     ensemble = ENSEMBLES[name]
+    return simulated(name, ensemble.quick if quick else ensemble.full)
+
+
+@cache
+def simulated(name: str, count: int) -> Azimuths:
+    """Simulate this number of runs of one of `ENSEMBLES`."""
+    ensemble = ENSEMBLES[name]
     rows: list[NDArray[np.float64]] = []
     leans: list[NDArray[np.float64]] = []
-    for run in _runs(name, ensemble, ensemble.quick if quick else ensemble.full):
+    for run in _runs(name, ensemble, count):
         x, y = np.moveaxis(run.position.values[..., :2], -1, 0)
         # A ball that passes through the center goes half around, in either direction.
         rows += [*np.unwrap(np.arctan2(y, x))]

@@ -165,4 +165,5 @@ FIGURE = Figure(
     draw,
     (),
     (METHOD,),
+    undecided=tuple(range(len(LOOKS))),
 )

@@ -46,7 +46,7 @@ def compute(quick: bool) -> Found:
 
 
 def _ahead(valley: Valley, found: Crossings, runs: Azimuths, quick: bool) -> Ahead:
-    many, few = (2000, 80) if quick else (4000, 300)
+    many, few = (400, 20) if quick else (4000, 300)
 
     def sample(places: Places, lags: Array, other: int = 0) -> Sample:
         places = places.inside(runs, lags, other)
@@ -194,4 +194,5 @@ FIGURE = Figure(
     draw,
     (),
     (METHOD,),
+    undecided=(0, 1, 2, 3, 5),
 )

@@ -42,8 +42,8 @@ def claims_of_theta(motors: Motors) -> list[Claim]:
     )
     median_wait = float(np.median(many_cool.first))
     rotors = {
-        3: rotors_beside("nonuniform", len(nonuniform)),
-        4: rotors_beside("uniform", len(warm)),
+        3: rotors_beside("nonuniform", len(nonuniform), motors.quick),
+        4: rotors_beside("uniform", len(warm), motors.quick),
     }
     return [
         _two_states(
@@ -191,7 +191,7 @@ def claims_of_the_path(motors: Motors) -> list[Claim]:
 def claims_of_the_position(motors: Motors) -> list[Claim]:
     """Return the claims of the two planar views."""
     return [
-        _transition(of_temperature(motors.runs, kind), figure)
+        _transition(of_temperature(motors.runs, kind), figure, motors.quick)
         for kind, figure in (("nonuniform", 27), ("uniform", 31))
     ]
 
@@ -211,9 +211,10 @@ def _circle(runs: Sequence[MotorRun], figure: int) -> Claim:
     )
 
 
-def _transition(runs: Sequence[MotorRun], figure: int) -> Claim:
+def _transition(runs: Sequence[MotorRun], figure: int, quick: bool) -> Claim:
     """Return the claim of a clear transition, which a rotor must not show as clearly."""
-    found, rotors = states_of(runs), rotors_beside(runs[0].scene.temperature, len(runs))
+    found = states_of(runs)
+    rotors = rotors_beside(runs[0].scene.temperature, len(runs), quick)
     mean, spread = rotors.mean.contrast, rotors.spread.contrast
     clear = found.contrast > mean + SIGNIFICANT * spread
     verdict: Verdict = "right" if clear else "in part" if _held(found, rotors) else "wrong"

@@ -27,8 +27,12 @@ REFERENCE = "variational/baoab"
 """The method of the runs that judge those by `METHOD`."""
 
 NUMERICS = {"method": METHOD, "timestep": 0.1, "record_interval": 10}
+QUICK_NUMERICS = NUMERICS | {"timestep": 0.25, "record_interval": 4}
 DURATION = 1e5
 """In s: long enough for flights; the paper does not state its duration."""
+
+QUICK_DURATION = 4e4
+"""In s; some of the paper's runs have flights in it."""
 
 
 def until_tipping(scene: Motor, **arguments: Any) -> xr.Dataset:
@@ -50,10 +54,11 @@ def simulate_run(name: str, scene: Motor, **arguments: Any) -> MotorRun:
 
 
 @cache
-def paper_runs() -> list[MotorRun]:
+def paper_runs(quick: bool) -> list[MotorRun]:
     """Simulate the paper's seven runs, with the seeds in `PAPER`."""
+    duration, numerics = (QUICK_DURATION, QUICK_NUMERICS) if quick else (DURATION, NUMERICS)
     return [
-        simulate_run(name, Motor.paper(name), duration=DURATION, seed=seed, **NUMERICS)
+        simulate_run(name, Motor.paper(name), duration=duration, seed=seed, **numerics)
         for name, (_, _, seed) in PAPER.items()
     ]
 
@@ -127,9 +132,9 @@ class Size(NamedTuple):
 
 
 SETS = {
-    "nonuniform-a": Size(0.1, full=64, quick=8),
-    "uniform-a": Size(0.5, full=256, quick=16),
-    "uniform-d": Size(0.5, full=64, quick=8),
+    "nonuniform-a": Size(0.1, full=64, quick=5),
+    "uniform-a": Size(0.5, full=256, quick=3),
+    "uniform-d": Size(0.5, full=64, quick=2),
 }
 
 SIGNIFICANT = 4
@@ -193,16 +198,19 @@ class Motors(NamedTuple):
     """the set `JUDGED` by the reference"""
     weak: "WeakNoise | None" = None
     """runs at nonuniform temperature with a weaker noise"""
+    quick: bool = False
+    """whether the runs have the reduced size"""
 
 
 @cache
 def many_runs(name: str, quick: bool, method: str = METHOD) -> ManyRuns:
     """Simulate a set of `SETS`."""
     size = SETS[name]
+    timestep = max(size.timestep, QUICK_NUMERICS["timestep"]) if quick else size.timestep
     runs = (
         simulate_run(
-            name, Motor.paper(name), method=method, timestep=size.timestep,
-            duration=DURATION, record_interval=round(RECORD_INTERVAL / size.timestep), seed=seed,
+            name, Motor.paper(name), method=method, timestep=timestep,
+            duration=DURATION, record_interval=round(RECORD_INTERVAL / timestep), seed=seed,
         )
         for seed in range(SEED, SEED + (size.quick if quick else size.full))
     )  # fmt: skip

@@ -24,8 +24,8 @@ ALPHAS = {False: (5e-4, 7.5e-4, ALPHA, 1.25e-3), True: (7.5e-4, ALPHA)}
 """Noise in N m sqrt(s). From 1.5e-3 on, the ball at times goes through the center."""
 
 FIRST = {False: Size(64, 1e6, 5e4), True: QUICK}
-OTHERS = {False: Size(64, 4e5, 2e4), True: Size(16, 5e4, 2e3)}
-HELD = {False: Size(96, 6e4, 2e3), True: Size(48, 1.5e4, 2e3)}
+OTHERS = {False: Size(64, 4e5, 2e4), True: Size(8, 2.5e4, 2e3)}
+HELD = {False: Size(96, 6e4, 2e3), True: Size(8, 1.5e4, 2e3)}
 """Sizes of the runs at `ALPHA`, at other temperatures, and under held rings."""
 
 DISK_METHOD, DISK_TIMESTEP = "variational/baoab", 2.0
@@ -272,4 +272,5 @@ FIGURE = Figure(
     draw,
     (),
     (METHOD,),
+    undecided=(2,),
 )

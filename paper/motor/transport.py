@@ -31,9 +31,9 @@ from paper.motor.wandering import Wandering
 ALPHA = 1e-3
 """Noise of the paper's first runs at uniform temperature, in N m sqrt(s)."""
 
-FULL, QUICK = Size(32, 4e6, 5e4), Size(48, 1e5, 2e3)
+FULL, QUICK = Size(32, 4e6, 5e4), Size(24, 2.7e4, 2e3)
 
-PHYSICAL = {False: Size(64, 4e5, 2e4), True: Size(32, 5e4, 2e3)}
+PHYSICAL = {False: Size(64, 4e5, 2e4), True: Size(12, 2.5e4, 2e3)}
 """Sizes of the runs with the energy of ball and ring counted once."""
 
 MUJOCO, MUJOCO_DURATION = "mujoco/baoab", {False: 3e4, True: 3e3}
@@ -207,4 +207,5 @@ FIGURE = Figure(
     draw,
     (),
     (METHOD, MUJOCO),
+    undecided=(0, 1, 6),
 )

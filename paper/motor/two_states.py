@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.devices.motor.flights import CORE, directed_spans
 from magmotor.devices.motor.plot_panels import MotorRun
-from paper.motor.azimuths import RECORD_INTERVAL, azimuths
+from paper.motor.azimuths import ENSEMBLES, RECORD_INTERVAL, simulated
 from paper.motor.flight_definitions import DEFINITIONS, SECTOR, remaining
 from paper.motor.rotor import WINDOW, RateAndMemory, rate_and_memory, rotor
 from paper.motor.runs import DURATION
@@ -18,6 +18,9 @@ STEP = 5.0
 """Time in s between the records that are used of a run."""
 
 ROTORS = 120
+
+FEW = {"uniform": 48, "nonuniform": 16}
+"""Runs that determine the rate and the memory of the rotors."""
 
 
 class States(NamedTuple):
@@ -82,17 +85,19 @@ def states_of(runs: Sequence[MotorRun]) -> States:
 
 
 @cache
-def rotors_beside(kind: str, together: int) -> Rotors:
+def rotors_beside(kind: str, together: int, quick: bool) -> Rotors:
     """Draw rotors with the rate and memory of the ball, and measure their states.
 
     Parameters
     ----------
     kind : str
-        A key of `ENSEMBLES`, of which a few runs determine the rate and the memory.
+        A key of `FEW`.
     together : int
         Number of runs that they are compared with.
+    quick : bool
     """
-    measured = rate_and_memory(azimuths(kind, quick=True).rows, RECORD_INTERVAL)
+    few = ENSEMBLES[kind].quick if quick else FEW[kind]
+    measured = rate_and_memory(simulated(kind, few).rows, RECORD_INTERVAL)
     rows = [*rotor(*measured, np.arange(0, DURATION, RECORD_INTERVAL), ROTORS, seed=1)]
     groups = [rows[first : first + together] for first in range(0, ROTORS, together)]
     found = np.array([states(group, RECORD_INTERVAL) for group in groups])

@@ -22,7 +22,7 @@ TIMESTEP = 0.2
 RECORDS = 10.0
 """Time between two records, in s."""
 
-SIZE = {False: Size(64, 6e4, 1e4), True: Size(24, 9e3, 1e3)}
+SIZE = {False: Size(64, 6e4, 1e4), True: Size(8, 9e3, 1e3)}
 
 MORE_ALIKE = 4
 """Times as many replicas at one temperature, where both laws want zeros."""
@@ -299,4 +299,5 @@ FIGURE = Figure(
     claims=claims,
     draw=draw_temperatures,
     methods=(METHOD,),
+    undecided=(0, 3),
 )

@@ -25,10 +25,13 @@ WARM = 5e4
 REPLICAS, BATCHES = 24, 8
 """Runs simulated together, which end when one of them tips over, and repetitions."""
 
+QUICK_REPLICAS = 8
+"""Runs of the only batch at reduced size; they have five flights on average."""
+
 NUMERICS = {
     "method": REFERENCE, "timestep": 0.2, "duration": 1e5, "record_interval": 50,
-    "replicas": REPLICAS,
 }  # fmt: skip
+QUICK_NUMERICS = NUMERICS | {"timestep": 0.4, "record_interval": 25}
 
 
 class WeakNoise(NamedTuple):
@@ -48,14 +51,16 @@ class WeakNoise(NamedTuple):
 @cache
 def weak_noise(quick: bool) -> WeakNoise:
     """Simulate the runs."""
+    count, replicas = (1, QUICK_REPLICAS) if quick else (BATCHES, REPLICAS)
+    numerics = QUICK_NUMERICS if quick else NUMERICS
     batches = [
-        until_tipping(SCENE, seed=seed, **NUMERICS)
-        for seed in range(1, 2 if quick else BATCHES + 1)
+        until_tipping(SCENE, seed=seed, replicas=replicas, **numerics)
+        for seed in range(1, count + 1)
     ]
     warm = (
         MotorRun("nonuniform", batch.isel(replica=k).sel(time=slice(WARM, None)))
         for batch in batches
-        for k in range(REPLICAS)
+        for k in range(replicas)
     )
     axial = np.concatenate([_axial_share(batch) for batch in batches])
     return WeakNoise(collected("nonuniform", warm), axial)

@@ -113,6 +113,7 @@ class DryFriction:
     """Largest relative change of a spin with half the timestep."""
 
 
+@cache
 def compute(quick: bool) -> DryFriction:
     """Scan and bracket the coefficients."""
     duration, ratio, points = (60.0, 1.2, 3) if quick else (100.0, 1.02, 16)

@@ -93,6 +93,7 @@ class FiniteMagnets:
     """Spin J/I_3 in rad/s with dipoles, and with magnets of the size `EXAMPLE`."""
 
 
+@cache
 def compute(quick: bool) -> FiniteMagnets:
     """Compute fields on the plane, and simulate the fourth case."""
     scene = Top()

@@ -78,7 +78,7 @@ class ShakenPlate:
 
 def compute(quick: bool) -> ShakenPlate:
     """Run the ensembles."""
-    white, replicas = (24, 8) if quick else (192, 32)
+    white, replicas = (4, 2) if quick else (192, 32)
     holds, windows = ((1, SLOWEST), (1.0,)) if quick else (HOLDS, WINDOWS)
     wells = motor_wells(DESK)
     return ShakenPlate(
@@ -285,4 +285,5 @@ FIGURE = Figure(
     claims=claims,
     draw=draw,
     methods=(METHOD,),
+    undecided=(0, 1, 2),
 )

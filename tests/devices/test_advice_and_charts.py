@@ -173,16 +173,17 @@ RECOMMENDED = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "method"), [("top", "mujoco/rk4"), ("motor", "mujoco/euler"), ("disk", "mujoco/rk4")]
+    ("name", "method", "step"),
+    [("top", "mujoco/rk4", 1e-4), ("motor", "mujoco/euler", 3e-4), ("disk", "mujoco/rk4", 1e-4)],
 )
-def test_recommended_timesteps_are_near_those_of_the_charts(name, method, monkeypatch):
+def test_recommended_timesteps_are_near_those_of_the_charts(name, method, step, monkeypatch):
     """For 1 %. What is measured is stricter: it is the largest of all elements on a path.
 
     The charts have the rms error of one position at the end; what they call the same error is
     reached at a longer timestep.
     """
     scene, quantity, shortest, longest = RECOMMENDED[name]
-    Clock(monkeypatch, step=1e-4)  # so that the budget is the same work on any machine
+    Clock(monkeypatch, step)  # so that the budget is the same work on any machine
     own = mm.recommend(scene, method=method, error=0.01, measure=True)
     chart = mm.recommend(scene, method=method, error=0.01, quantity=quantity)
     assert shortest < own.timestep / chart.timestep < longest
@@ -199,7 +200,7 @@ def test_what_a_choice_rests_on_is_printed(capsys, monkeypatch, tmp_path):
     sweep = Sweep(scene=mm.Disk(), vary={"x": (0, 1)}, measure=["displacement"], duration=1.0)
     run(sweep, tmp_path, executor=ThreadPoolExecutor(1))
     assert charts in capsys.readouterr().err
-    Clock(monkeypatch, step=1e-4)  # so that the budget is the same work on any machine
+    Clock(monkeypatch, step=3e-4)  # so that the budget is the same work on any machine
     own = mm.recommend(mm.Disk(noise=0.0, v=1.0), measure=True)
     assert re.search(r"\(measured on this machine; worst .*: joint '(x|theta)'\)$", str(own))
 

@@ -4,8 +4,6 @@ Statistical tests have fixed seeds; their bounds are those of the claim, or 4 st
 alarm rate 6e-5), and the standard error stands beside the measured value.
 """
 
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
@@ -123,46 +121,49 @@ def moment(run, quantity, power="mean_square"):
 def test_flat_variance_from_rest():
     run = mm.ensemble(
         mm.Disk(potential="flat"), method="variational/euler", timestep=0.05, duration=2000,
-        replicas=10_000, seed=1, sample_interval=400,
+        replicas=2500, seed=1, sample_interval=400,
     )  # fmt: skip
     square, error = moment(run, "x")
     expected = 277.8 * (2000 - 5.0)
-    assert error / expected < 0.016  # 0.014
-    assert square == pytest.approx(expected, rel=0.07)  # 1.0004; one deviation: 0.014
+    assert error / expected < 0.03  # 0.028
+    assert square == pytest.approx(expected, rel=0.11)  # 0.996; one deviation: 0.028
     assert abs(square / 2000 - 444.4) > 100  # the paper's limit of var(x)/t
 
 
 def test_symmetric_from_rest_rejects_the_papers_diffusion():
-    """Sample size 10 000."""
+    """Sample size 2500; 4 standard errors from the expected values, and more from the paper's."""
     run = mm.ensemble(
-        PAPER, method="variational/euler", timestep=0.01, duration=1000, replicas=10_000, seed=1,
+        PAPER, method="variational/euler", timestep=0.01, duration=1000, replicas=2500, seed=1,
         sample_interval=1000,
     )  # fmt: skip
-    assert moment(run, "d")[0] == pytest.approx(76.3, abs=3.0)  # 75.5 +- 0.9
-    assert moment(run, "x")[0] == pytest.approx(1.35e7, abs=6e5)  # 1.343e7 +- 1.8e5
+    assert moment(run, "d")[0] == pytest.approx(76.3, abs=7.4)  # 79.3 +- 1.8
+    assert moment(run, "x")[0] == pytest.approx(1.35e7, abs=1.4e6)  # 1.313e7 +- 3.4e5
     square, error = moment(run, "y")
-    assert square / 1000 == pytest.approx(theory.y_diffusion(PAPER), rel=0.05)  # 2511 +- 36
+    assert square / 1000 == pytest.approx(theory.y_diffusion(PAPER), rel=0.11)  # 2471 +- 69
     assert theory.y_diffusion(PAPER) == pytest.approx(2500, rel=1e-15, abs=0)  # 0
-    assert (square / 1000 - 1000) / (error / 1000) > 30  # 42; the paper has 1000
+    assert (square / 1000 - 1000) / (error / 1000) > 15  # 21; the paper has 1000
     diffusion, deviation = (value / 1000 for value in moment(run, "x"))
-    assert (diffusion - 444.4) / deviation > 50  # 73
+    assert (diffusion - 444.4) / deviation > 25  # 37
 
 
 @pytest.mark.parametrize(
     ("method", "expected"), [("variational/euler", 1.081), ("variational/baoab", 1.0)]
 )
 def test_slip_temperature_of_each_scheme(method, expected):
-    """<s^2>/(gamma kT): 95 times 4.0 apart, six times 1/lambda, 40 000 replicas."""
+    """<s^2>/(gamma kT): 95 times 4.0 apart, six times 1/lambda, 4000 replicas; 4 errors.
+
+    The power against Euler's 8 % is above 0.999.
+    """
     run = mm.ensemble(
-        WARM, method=method, timestep=0.1, duration=400, replicas=40_000, seed=1,
+        WARM, method=method, timestep=0.1, duration=400, replicas=4000, seed=1,
         sample_interval=40,
     )  # fmt: skip
     slip = run.sel(quantity="slip").sel(time=slice(20, None))
     unit = theory.gibbs_mean_squares(WARM)["slip"]
     error = float(slip.mean_square_error.mean()) / unit / np.sqrt(slip.sizes["time"])
-    assert error < 8e-4  # 7.8e-4, 7.2e-4
-    assert float(slip.mean_square.mean()) / unit == pytest.approx(expected, abs=0.003)  # 0.0019
-    # 1.0800, 0.9983
+    assert error < 2.5e-3  # 2.4e-3, 2.3e-3
+    assert float(slip.mean_square.mean()) / unit == pytest.approx(expected, abs=0.01)  # 0.0065
+    # 1.0749, 0.9935
     if method == "variational/euler":
         assert theory.euler_slip_variance(WARM, 0.1) / unit == pytest.approx(
             1.081, abs=2e-4
@@ -172,10 +173,10 @@ def test_slip_temperature_of_each_scheme(method, expected):
 def test_lower_ballistic_bound_fails():
     """E[A^2] vanishes, E[B^2] tends to mu[d^2]: the theorem's step E[A^2] = E[B^2] is wrong.
 
-    300 initial states from the Gibbs measure, 100 Brownian paths from each, whose means stand for
+    60 initial states from the Gibbs measure, 100 Brownian paths from each, whose means stand for
     the conditional expectations; t = 1000.
     """
-    starts, paths, t = 300, 100, 1000.0
+    starts, paths, t = 60, 100, 1000.0
     initial = {k: np.repeat(v, paths) for k, v in mm.theory.gibbs(WARM, starts, seed=5).items()}
     run = mm.simulate(
         WARM, method="variational/baoab", timestep=0.05, duration=t, replicas=starts * paths,
@@ -187,20 +188,21 @@ def test_lower_ballistic_bound_fails():
     A = (moved - moved.mean(axis=1, keepdims=True)) / t
     B = d - d.mean(axis=1, keepdims=True) - A
     unit = theory.gibbs_mean_squares(WARM)["d"] * (paths - 1) / paths
-    assert np.mean(A**2) / unit < 0.05  # 0.0179 +- 0.0004
-    assert np.mean(B**2) / unit == pytest.approx(1, abs=0.1)  # 0.979 +- 0.008
+    assert np.mean(A**2) / unit < 0.05  # 0.0178 +- 0.0007
+    assert np.mean(B**2) / unit == pytest.approx(1, abs=0.1)  # 1.020 +- 0.019
     # In the paper's own terms: MSD/t^2 is below its lower bound (1 + sigma)/(4 beta).
-    assert np.mean(moved**2) / t**2 < 0.25 * theory.gibbs_mean_squares(WARM)["d"]  # 0.019 of it
+    assert np.mean(moved**2) / t**2 < 0.25 * theory.gibbs_mean_squares(WARM)["d"]  # 0.018 of it
 
 
 def test_y_diffuses_at_the_corrected_rate():
+    """2500 replicas, 4 standard errors; a noise larger by a tenth is seen with a power of 0.99."""
     run = mm.ensemble(
-        WARM, method="variational/baoab", timestep=0.1, duration=3000, replicas=40_000, seed=1,
+        WARM, method="variational/baoab", timestep=0.1, duration=3000, replicas=2500, seed=1,
         sample_interval=1000,
     )  # fmt: skip
     square, error = moment(run, "y")
-    assert error / 3000 < 0.03  # 0.028
-    assert square / 3000 == pytest.approx(4.0, abs=0.15)  # 4.009
+    assert error / 3000 < 0.12  # 0.114
+    assert square / 3000 == pytest.approx(4.0, abs=0.45)  # 4.036
 
 
 @pytest.mark.parametrize(("method", "bound"), [("variational/euler", 1), ("variational/baoab", 2)])
@@ -252,18 +254,18 @@ def test_energy_balance_follows_the_path_of_the_run():
 
 
 @pytest.mark.parametrize(
-    ("method", "steps", "order"),
+    ("method", "steps", "order", "replicas"),
     [
-        ("variational/euler", (0.1, 0.05, 0.025), 1),
-        ("variational/middle", (0.1, 0.05, 0.025), 1),
-        ("variational/verlet", (1.6 / 3, 1.6 / 6, 1.6 / 12), 2),
-        ("variational/baoab", (0.4, 0.2, 0.1), 2),
+        ("variational/euler", (0.1, 0.05, 0.025), 1, 20_000),
+        ("variational/middle", (0.1, 0.05, 0.025), 1, 20_000),
+        ("variational/verlet", (1.6 / 3, 1.6 / 6, 1.6 / 12), 2, 400_000),
+        ("variational/baoab", (0.4, 0.2, 0.1), 2, 400_000),
     ],
 )
-def test_weak_order(method, steps, order):
+def test_weak_order(method, steps, order, replicas):
     """E f(x_t) at t = 1.6: differences between a step and half of it, on the same paths.
 
-    400 000 replicas; the bound is the next order's share and 4 standard errors.
+    The bound is the next order's share and 4 standard errors.
     """
     scene = mm.Disk(sigma=0.5, friction=0.5, noise=1.0, x=0.5, v=1.0, omega=-1.0)
     means, errors = [], []
@@ -272,7 +274,7 @@ def test_weak_order(method, steps, order):
         ends = [
             mm.simulate(
                 scene, method=method, timestep=path.timestep, duration=1.6, path=path,
-                replicas=400_000, record_interval=round(1.6 / path.timestep),
+                replicas=replicas, record_interval=round(1.6 / path.timestep),
             ).x[:, -1].values
             for path in (fine, fine.coarsened(2))
         ]  # fmt: skip
@@ -335,23 +337,26 @@ def effective_size(samples):
 
 @pytest.mark.parametrize("method", VARIATIONAL)
 def test_the_friction_ratio_keeps_the_temperature(method):
-    """With friction in both directions, d relaxes too, at the same kT. 20 000 replicas."""
+    """With friction in both directions, d relaxes too, at the same kT. 5000 replicas.
+
+    A standard error is 2 %; a noise larger by a tenth heats by 21 %.
+    """
     scene = WARM.replace(friction_ratio=0.3)
-    run = mm.ensemble(scene, method=method, timestep=0.01, duration=40, replicas=20_000, seed=2)
+    run = mm.ensemble(scene, method=method, timestep=0.01, duration=40, replicas=5000, seed=2)
     kT = theory.temperature(scene)
     assert kT == pytest.approx(1, rel=1e-15, abs=0)  # 0
     for name, mean in theory.gibbs_mean_squares(scene).items():
         square, error = moment(run, name)
-        assert abs(square - mean) < 4 * error, name  # up to 1.6 errors
+        assert abs(square - mean) < 4 * error, name  # up to 1.4 errors
 
 
 def test_the_langevin_particle_is_at_the_same_temperature():
     particle = mm.LangevinParticle(friction=0.5, noise=1.0)
     run = mm.ensemble(
-        particle, method="variational/baoab", timestep=0.05, duration=50, replicas=20_000, seed=2
+        particle, method="variational/baoab", timestep=0.05, duration=50, replicas=5000, seed=2
     )
     square, error = moment(run, "v")
-    assert abs(square - 1.0) < 4 * error  # 0.987 +- 0.010
+    assert abs(square - 1.0) < 4 * error  # 0.969 +- 0.019
     assert "omega" not in run
 
 
@@ -359,14 +364,14 @@ def test_the_langevin_particle_is_at_the_same_temperature():
     "method", [*VARIATIONAL, "variational/blanes-moan4", "variational/blanes-moan6"]
 )
 def test_conservative_limit_keeps_its_energy(method):
-    """Symplectic: over 1e6 steps the energy error stays what it was after a hundred.
+    """Symplectic: over 2e5 steps the energy error stays what it was after a hundred.
 
     In short steps the schemes of higher order show rounding, no error of theirs.
     """
     scene, h = mm.Disk(noise=0.0, friction=0.0, v=1.0, omega=0.5), 0.05
     if method not in VARIATIONAL:
         h = 0.4
-    run = mm.simulate(scene, method=method, timestep=h, duration=1e6 * h, record_interval=97)
+    run = mm.simulate(scene, method=method, timestep=h, duration=2e5 * h, record_interval=97)
     error = np.abs(run.energy - run.energy[0])
     early, late = float(error[:100].max()), float(error[-1000:].max())
     assert late < 1.1 * early  # 1.00
@@ -466,17 +471,3 @@ def test_aliased_flights_end_in_a_divergence(method):
     assert error.time == float(error.dataset.time[-1]) + 1500
     limit = 200 * theory.temperature(PAPER)
     assert float(error.dataset.energy.max()) < 1.01 * limit + 4
-
-
-KERNEL_IN_A_PROCESS = """
-import magmotor as mm
-from magmotor.devices.disk.variational import kernel
-mm.simulate(mm.Disk(), method="variational/baoab", timestep=0.01, duration=1)
-print(sum(kernel(mm.Disk(), "baoab").stats.cache_hits.values()))
-"""
-
-
-def test_the_kernel_is_compiled_once_for_all_processes():
-    command = [sys.executable, "-c", KERNEL_IN_A_PROCESS]
-    runs = [subprocess.run(command, capture_output=True, text=True, check=True) for _ in range(2)]
-    assert int(runs[1].stdout) == 1

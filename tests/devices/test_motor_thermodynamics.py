@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pairwise import pairwise
 
 import magmotor as mm
 from magmotor.devices.motor.theory import euler_slip_overheating
@@ -31,7 +32,7 @@ def residuals(scene, method, duration, factors):
         found.append((float(abs(balance.residual).max()) / injected,
                       float(np.sqrt((balance.residual**2).mean())) / injected))  # fmt: skip
     largest, rms = np.array(found).T
-    return largest[0], np.diff(np.log2(rms)).mean()
+    return largest[0], np.log2(rms[-1] / rms[0]) / np.log2(factors[-1] / factors[0])
 
 
 @pytest.mark.parametrize(
@@ -50,7 +51,7 @@ def residuals(scene, method, duration, factors):
 ])  # fmt: skip
 def test_energy_balance_pathwise(run, bounds, method, order):
     """The largest residual on four paths at h = 0.0125, over the injected energy."""
-    largest, found = residuals(mm.Motor.paper(run), method, 250.0, (1, 2, 4))
+    largest, found = residuals(mm.Motor.paper(run), method, 250.0, (1, 4))
     assert largest < bounds[order]
     assert found == pytest.approx(order, abs=0.1)  # 0.019
 
@@ -147,21 +148,23 @@ SURROUNDED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("timestep", [0.1, 0.4])
-@pytest.mark.parametrize("surroundings", [{}, SURROUNDED], ids=["bare", "surrounded"])
+FIRST_LAW = {
+    "variational/euler": (1, 1e-2),  # 1.0e-3, 1.4e-3
+    "variational/verlet": (2, 1e-3),  # 3.5e-5, 1.2e-4
+    "variational/baoab": (2, 9e-4),  # 3.2e-5, 1.1e-4
+    "variational/middle": (1, 3e-3),  # 2.5e-4, 4.4e-4
+    "mujoco/baoab": (2, 9e-4),  # 3.2e-5, 1.1e-4
+    "mujoco/rk4": (2, 1.5e-3),  # 4.0e-4, 6.1e-5
+}
+"""Order of the residual, and its bound at a timestep of 0.4 s."""
+
+
 @pytest.mark.parametrize(
-    ("method", "order", "bound"),
-    [
-        ("variational/euler", 1, 1e-2),  # 1.0e-3, 1.4e-3
-        ("variational/verlet", 2, 1e-3),  # 3.5e-5, 1.2e-4
-        ("variational/baoab", 2, 9e-4),  # 3.2e-5, 1.1e-4
-        ("variational/middle", 1, 3e-3),  # 2.5e-4, 4.4e-4
-        ("mujoco/baoab", 2, 9e-4),  # 3.2e-5, 1.1e-4
-        ("mujoco/rk4", 2, 1.5e-3),  # 4.0e-4, 6.1e-5
-    ],
+    ("method", "surroundings", "timestep"), pairwise([*FIRST_LAW], [{}, SURROUNDED], [0.1, 0.4])
 )
-def test_the_first_law_closes_at_any_stable_step(method, order, bound, surroundings, timestep):
+def test_the_first_law_closes_at_any_stable_step(method, surroundings, timestep):
     """The largest residual over what friction and noise have exchanged in 400 s."""
+    order, bound = FIRST_LAW[method]
     scene = mm.Motor(temperature="nonuniform", friction_ring=0.15, **WARM, **surroundings)
     run = mm.simulate(
         scene, method=method, timestep=timestep, duration=400, replicas=4, seed=2,
@@ -266,8 +269,8 @@ def test_heat_that_is_a_small_part_of_the_energy_is_judged_too():
         )  # fmt: skip
 
 
-def temperatures(method, timestep, duration, *, seed):
-    """Return temperatures over kT and their errors from 8 replicas, with 2000 s of burn-in."""
+def temperatures(method, timestep, duration, burn_in, *, seed):
+    """Return temperatures over kT and their errors from 8 replicas."""
     scene = mm.Motor()
     run = mm.simulate(
         scene,
@@ -278,17 +281,17 @@ def temperatures(method, timestep, duration, *, seed):
         replicas=8,
         seed=seed,
     )
-    found = mm.observables.mode_temperatures(run, scene, burn_in=2000.0).sel(mode=MODES)
+    found = mm.observables.mode_temperatures(run, scene, burn_in=burn_in).sel(mode=MODES)
     return found.temperature / scene.kT, found.temperature_error / scene.kT
 
 
 @pytest.mark.slow
 def test_equipartition():
-    """Five modes are within 3 % of kT at h = 0.1 and within 5 errors; false alarms: 0.08 %.
+    """Five modes are within 3 % of kT at h = 0.2 and within 5 errors; false alarms: 0.08 %.
 
     MuJoCo's splitting agrees along one path to 1e-10, see `test_mujoco_baoab.py`.
     """
-    found, error = temperatures("variational/baoab", 0.1, 6e4, seed=11)
+    found, error = temperatures("variational/baoab", 0.2, 6e4, 2000.0, seed=11)
     assert error.max() < 0.012  # of ring_3, whose correlation time is the longest: 0.0077, 0.0137
     assert abs(found - 1).max() < 0.03  # 0.0043, 0.018
     assert (abs(found - 1) < 5 * error).all()
@@ -297,17 +300,27 @@ def test_equipartition():
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["variational/euler", "variational/cayley", "mujoco/euler"])
 def test_euler_overheats_the_slip_as_predicted(method):
-    """The factor is 1/(1 - 0.525 h), 5.5 % at h = 0.1; error 0.3 %, false alarms 0.02 %."""
-    found, error = temperatures(method, 0.1, 1.4e4, seed=12)
+    """The factor is 1/(1 - 0.525 h), 5.5 % at h = 0.1; error 0.7 %, false alarms 0.02 %.
+
+    Seven standard errors tell it from 1.
+    """
+    found, error = temperatures(method, 0.1, 4000.0, 500.0, seed=12)
     slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
-    assert off < 0.004  # 0.0029
+    assert off < 0.008  # 0.0074
     assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)  # 0.001
 
 
 @pytest.mark.slow
-def test_dwells_and_flights(motor_replicas):
-    """Means and standard errors of 53 dwells and 44 flights in twelve runs of 1e5 s."""
-    scene, run = mm.Motor(), motor_replicas
+def test_dwells_and_flights():
+    """Means and standard errors of 53 dwells and 44 flights in twelve runs of 1e5 s.
+
+    Both vary by about their mean, as the errata say: the ratio is 1 if exponential, to 0.1.
+    """
+    scene = mm.Motor()
+    run = mm.simulate(
+        scene, method="variational/baoab", timestep=0.5, duration=1e5, record_interval=10,
+        replicas=12,
+    )  # fmt: skip
     flights, dwells = mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)
     means = {
         (1.53e4, 1.8e3): dwells.end - dwells.begin,
@@ -317,6 +330,9 @@ def test_dwells_and_flights(motor_replicas):
     for (mean, error), found in means.items():
         assert float(found.mean()) == pytest.approx(mean, rel=0.005)  # 0.003
         assert float(found.std(ddof=1)) / found.size**0.5 == pytest.approx(error, rel=0.02)  # 0.016
+    for found in (flights, dwells):
+        lasted = found.end - found.begin
+        assert 0.5 < float(lasted.std() / lasted.mean()) < 1.2  # 0.99, 0.98
     assert len(set(flights.replica.values)) == 12
     assert len(set(dwells.replica.values)) == 12
 

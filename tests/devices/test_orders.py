@@ -1,6 +1,7 @@
 """Orders of convergence of every method on every scene: against DOP853, and along Brownian paths.
 
-An order is that of the largest error of each recorded quantity, by regression over timesteps.
+An order is that of the largest error of each recorded quantity, by regression over timesteps. In a
+line through three timesteps at equal ratios, the one between would have no weight: two are enough.
 """
 
 from functools import cache
@@ -22,10 +23,10 @@ TUMBLING = {
     "angular_velocity": [1.0, 0.5, 0.3],
 }
 
-STEPS = {1: (128, 256, 512), 2: (16, 32, 64), 4: (32, 48, 64), 6: (4, 5, 6)}
+STEPS = {1: (128, 512), 2: (16, 64), 4: (32, 64), 6: (4, 6)}
 """Steps per record by order; with more steps, rounding and the error of DOP853 are visible."""
-MOTOR_STEPS = STEPS | {4: (24, 32, 48), 6: (9, 10, 12)}
-WAVE_STEPS = STEPS | {4: (16, 24, 32)}
+MOTOR_STEPS = STEPS | {4: (24, 48), 6: (9, 12)}
+WAVE_STEPS = STEPS | {4: (16, 32)}
 
 
 class Subject(NamedTuple):
@@ -169,23 +170,23 @@ NOISY = {
     "disk": Subject(mm.Disk(sigma=0.5, friction=0.5, noise=1.0), DISK, 2.0, 0.5),
     "motor": Subject(
         mm.Motor(position=(0.45, 0.2), velocity=(0.02, -0.01), axis=(0.3, -0.2, 1.0)),
-        (*BALL, *RING), 10.0, 0.5, initial=TUMBLING,
+        (*BALL, *RING), 2.0, 0.5, initial=TUMBLING,
     ),
 }  # fmt: skip
 REPLICAS = {"disk": 1000, "motor": 300}
-FACTORS = (16, 32, 64)
+FACTORS = (16, 64)
 
 # Columns as in NOISY; the comments have the measured orders.
 STRONG_ORDERS = {
-    "variational/euler": (1, 1),  # 1.01 1.00
-    "variational/cayley": (0, 1),  # - 0.98
-    "variational/verlet": (1, 1),  # 0.98 1.02
-    "variational/baoab": (1, 1),  # 0.98 1.08
-    "variational/middle": (1, 1),  # 0.99 1.00
+    "variational/euler": (1, 1),  # 1.01 1.01
+    "variational/cayley": (0, 1),  # - 1.02
+    "variational/verlet": (1, 1),  # 0.98 1.05
+    "variational/baoab": (1, 1),  # 0.98 1.11
+    "variational/middle": (1, 1),  # 0.99 0.98
     "mujoco/euler": (1, 1),  # 1.01 1.01
     "mujoco/implicitfast": (1, 1),  # 0.98 1.01
-    "mujoco/rk4": (1, 1),  # 0.98 1.02
-    "mujoco/baoab": (1, 1),  # 0.98 1.08
+    "mujoco/rk4": (1, 1),  # 0.98 1.03
+    "mujoco/baoab": (1, 1),  # 0.98 1.11
 }
 
 STRONG_CASES = cases(STRONG_ORDERS, NOISY)
@@ -221,5 +222,5 @@ def test_strong_order(method, name, order):
         means = np.reshape(squares, (len(FACTORS), 10, -1)).mean(axis=-1)
         measured = np.polyfit(np.log(FACTORS), np.log(means) / 2, 1)[0]
         error = measured.std(ddof=1) / np.sqrt(10)
-        assert error < 0.15 / 4, quantity  # 0.015, 0.027
+        assert error < 0.15 / 4, quantity  # 0.015, 0.020
         assert abs(measured.mean() - order) < 0.15, quantity

@@ -122,11 +122,11 @@ if __name__ == "__main__":
         scene=Rotor(), vary={"kT": [1e-5, 4e-5]}, measure=["turns", "temperature"], seeds=2,
         replicas=2, method="variational/baoab", timestep=0.01, duration=2.0,
     )
-    mm.sweep.run(sweep, "sweep", workers=2)
+    mm.sweep.run(sweep, "sweep", workers=1)
 """
 
 
-def test_processes_of_a_sweep_compute_its_measures(rotor, tmp_path):
+def test_a_process_of_a_sweep_computes_its_measures(rotor, tmp_path):
     (tmp_path / "rotors.py").write_text(SWEEP)
     folders = os.pathsep.join([str(EXAMPLES), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": folders}

@@ -35,17 +35,15 @@ def field(strength):
 
 
 @pytest.mark.parametrize(("scene", "spin"), [
-    (mm.Top.paper(4), 7.17), (LEVEL, 0.08),
-    (LEVEL.replace(**tilted(1e-4)), 1.77), (LEVEL.replace(**tilted(1e-3)), 4.95),
-    (mm.Top.paper(4, floor_tilt=(1e-3, 0)), 8.31), (mm.Top.paper(4, floor_tilt=(-1e-3, 0)), 4.88),
-    (LEVEL.replace(**field(20e-6)), 1.44), (LEVEL.replace(**field(2e-6)), 0.37),
-    (mm.Top.paper(4, **field(20e-6)), 7.03),
+    (LEVEL.replace(**tilted(1e-3)), 4.95), (LEVEL.replace(**field(20e-6)), 1.44),
     (mm.Top.paper(4, torsional_damping=1e-5), 4.73),
-    (mm.Top.paper(4, torsional_damping=1e-4), 0.74),
     (mm.Top.paper(4, drag=mm.theory.eddy_drag(mm.Top(), 3.5e7)), 0.26),
 ])  # fmt: skip
 def test_the_spin_after_a_minute(scene, spin):
-    """By DOP853, by another solver and by a third program."""
+    """By DOP853, by another solver and by a third program, with one effect at a time.
+
+    Figure `builder_top` compares the first two for more sizes of each.
+    """
     largest = [largest_spin(scene)]
     for method, timestep in (("scipy/dop853", 0.02), ("mujoco/rk4", 0.0125)):
         run = mm.simulate(scene, method=method, timestep=timestep, duration=60)

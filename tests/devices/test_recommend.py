@@ -381,15 +381,11 @@ def test_the_top_reaches_the_error(error, engine):
 
 
 SURROUNDED: dict[str, tuple[dict[str, Any], float]] = {
-    "floor tilted by 0.1 mrad": ({"floor_tilt": (9e-5, 5e-5)}, 3),  # 0.97
-    "by 1 mrad": ({"floor_tilt": (9e-4, 5e-4)}, 3),  # 1.7
-    "by 10 mrad": ({"floor_tilt": (9e-3, 5e-3)}, 3),  # 1.6
+    "floor tilted by 1 mrad": ({"floor_tilt": (9e-4, 5e-4)}, 3),  # 1.7
     "field of the earth": ({"background_field": (1.8e-5, 1e-5, -4e-5)}, 3),  # 1.7
-    "drag": ({"drag": 1.0}, 3),  # 2.9
     "aluminum": ({"drag": 2.36}, 3),  # 2.9
     "rotational drag": ({"rotational_drag": 1e-5}, 3),  # 0.97
     "torsion": ({"torsional_damping": 1e-5}, 3),  # 1.7
-    "much torsion": ({"torsional_damping": 1e-3}, 3),  # 0.23
     "products of inertia": ({"products_of_inertia": (1e-6, -2e-6, 3e-6)}, 3),  # 1.3
     "not balanced": ({"center_of_mass": (3e-3, 2e-3, 1e-3)}, 300),  # 138
 }
@@ -412,11 +408,8 @@ def test_the_top_with_surroundings_nearly_reaches_the_error(changes, bound):
 
 
 MOTORS: dict[str, dict[str, Any]] = {
-    "floor tilted by half a barrier": {"floor_tilt": (1.5e-7, 1e-7)},
-    "by 50 urad": {"floor_tilt": (5e-5, 2e-5)},
+    "floor tilted by 50 urad": {"floor_tilt": (5e-5, 2e-5)},
     "field of the earth": {"background_field": (1.8e-5, 1e-5, -4e-5)},
-    "air": {"drag": 1.4e-5, "rotational_drag": 2.9e-8},
-    "drag": {"drag": 0.05, "rotational_drag": 5e-5},
     "cold drag": {"drag": 0.05, "rotational_drag": 5e-5, "drag_temperature": 0.0},
     "much drag": {"drag": 1.0, "rotational_drag": 1e-3},
 }
@@ -529,7 +522,7 @@ def test_a_smaller_error_costs_more(scene, method):
 
 
 def test_a_scene_is_measured_when_asked(monkeypatch):
-    Clock(monkeypatch, step=1e-4)  # so that the budget is the same work on any machine
+    Clock(monkeypatch, step=3e-4)  # so that the budget is the same work on any machine
     scene = mm.Disk(noise=0.5)
     choice = mm.recommend(scene, method="mujoco/euler", error=0.03, measure=True)
     assert (choice.charted, choice.quantity) == ("", "positions")
@@ -562,7 +555,7 @@ def axes_of(run):
 
 def test_what_is_measured_is_promised_of_each_element(monkeypatch):
     """An error of 1 % of all positions was one of 7 % of an axis of the top."""
-    Clock(monkeypatch, step=1e-4)  # so that the budget is the same work on any machine
+    Clock(monkeypatch, step=3e-4)  # so that the budget is the same work on any machine
     scene = mm.Top.paper(4)
     choice = mm.recommend(scene, method="mujoco/euler", error=0.01, measure=True)
     own, truth = (

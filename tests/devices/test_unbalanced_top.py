@@ -13,6 +13,7 @@ from magmotor.device.step_limits import step_limit
 from magmotor.devices.ball.landscape import aligned_force
 from magmotor.devices.top import unbalanced
 from magmotor.devices.top.observables import magnetic_forces
+from magmotor.devices.top.scene import PAPER_TILT
 from magmotor.devices.top.states import states_of
 
 HEAVY = {"center_of_mass": (3e-3, -2e-3, 1e-3), "products_of_inertia": (2e-6, -3e-6, 1.5e-6)}
@@ -282,20 +283,17 @@ def test_a_heavy_side_stops_the_spin_where_its_weight_balances_friction():
     assert abs(along / 7.17 - 1) < 0.05  # 0.005
 
 
-@pytest.mark.parametrize(("offset", "tilted", "level"), [
-    ((2e-5, 0, 0), 6.68, 0.15), ((-2e-5, 0, 0), 7.28, 1.12),
-    ((4.2e-5, 0, 0), 0.32, 0.18), ((0, 4.2e-5, 0), 1.09, 0.96), ((-4.2e-5, 0, 0), 7.34, 1.54),
-    ((2e-4, 0, 0), 0.23, 0.37), ((0, 2e-4, 0), 2.01, 1.78), ((0, 0, 1e-3), 6.24, 0.13),
+@pytest.mark.parametrize(("offset", "tilt", "spin"), [
+    ((4.2e-5, 0, 0), PAPER_TILT, 0.32), ((0, 2e-4, 0), PAPER_TILT, 2.01), ((0, 0, 1e-3), 0.0, 0.13),
 ])  # fmt: skip
-def test_the_spin_after_a_minute(offset, tilted, level):
+def test_the_spin_after_a_minute(offset, tilt, spin):
     """The largest omega . xi_3 in rad/s, by DOP853, by another solver and by a third program."""
-    for tilt, spin in ((math.pi / 64, tilted), (0.0, level)):
-        scene = mm.Top.paper(4, tilt=tilt, center_of_mass=offset)
-        assert largest_spin(scene) == pytest.approx(spin, abs=0.0051)  # two decimals
-        for method, timestep in (("scipy/dop853", 0.02), ("mujoco/rk4", 0.0125)):
-            run = mm.simulate(scene, method=method, timestep=timestep, duration=60)
-            largest = float(abs((run.axis * run.angular_velocity).sum("space")).max())
-            assert largest == pytest.approx(spin, abs=0.0051), method  # two decimals
+    scene = mm.Top.paper(4, tilt=tilt, center_of_mass=offset)
+    assert largest_spin(scene) == pytest.approx(spin, abs=0.0051)  # two decimals
+    for method, timestep in (("scipy/dop853", 0.02), ("mujoco/rk4", 0.0125)):
+        run = mm.simulate(scene, method=method, timestep=timestep, duration=60)
+        largest = float(abs((run.axis * run.angular_velocity).sum("space")).max())
+        assert largest == pytest.approx(spin, abs=0.0051), method  # two decimals
 
 
 @pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/implicitfast", "mujoco/rk4"])

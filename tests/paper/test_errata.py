@@ -516,13 +516,3 @@ def test_an_upright_start_is_forgotten_in_20_seconds():
     more = (energies[1] - energies[0]) / mm.Motor().kT
     assert float(more[0]) == pytest.approx(16.4, abs=0.1)  # 16.42
     assert largest(more.sel(time=slice(20, 100))) < 2  # 0.35
-
-
-@pytest.mark.slow
-def test_stays_and_flights_of_the_motor_vary_by_about_their_mean(motor_replicas):
-    """Standard deviation over mean: 1 if exponential; errors about 0.1."""
-    scene, run = mm.Motor(), motor_replicas
-    for found in (mm.observables.flights(run, scene), mm.observables.dwell_times(run, scene)):
-        lasted = found.end - found.begin
-        assert lasted.size > 30  # 42, 48
-        assert 0.5 < float(lasted.std() / lasted.mean()) < 1.2  # 0.99, 0.98

@@ -107,7 +107,7 @@ def test_the_legend_of_four_systems_is_inside_the_picture(systems, tmp_path, mon
     monkeypatch.setattr(pictures.style, "save", lambda figure, *_, **__: figures.append(figure))
     names = ("symmetric", "asymmetric", "flat", "control")
     four = [System(name, systems[0].rest, systems[0].stationary) for name in names]
-    for name in FIGURES:
+    for name in ("msd", "mean"):  # with the paper's lines, and without
         guide = errata.paper_lines(four, name)
         disk_figure(four, name, tmp_path / "disk.png", guide=guide, beside=four)
     for figure in figures:
@@ -115,4 +115,4 @@ def test_the_legend_of_four_systems_is_inside_the_picture(systems, tmp_path, mon
         (legend,) = figure.legends
         box = legend.get_window_extent()
         assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
-    assert len(figures) == len(FIGURES)
+    assert len(figures) == 2

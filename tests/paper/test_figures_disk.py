@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 import xarray as xr
-from agreement import scores
 
 import magmotor as mm
 from paper.disk import ergodicity, flight_law, memory, relaxation
@@ -92,21 +91,20 @@ def test_the_theorem_holds_where_the_slope_may_be_two(warm, rho, verdict):
 
 
 def test_mujocos_ensemble_and_the_references_have_the_same_moments():
-    """Independent seeds, 1024 replicas each; 28 differences of means, each Gaussian.
-
-    The chance that one of them is beyond 4.5 standard errors is 2e-4.
-    """
+    """On the same noise, which tells more than independent samples of any size."""
     for potential in ("symmetric", "flat"):
         first, second = (
             mm.ensemble(
                 mm.Disk(potential=potential), method=method, timestep=0.05, duration=50.0,
-                replicas=1024, seed=seed,
+                replicas=32, seed=1,
             ).isel(time=-1)
-            for method, seed in (("mujoco/baoab", 1), ("variational/baoab", 2))
+            for method in ("mujoco/baoab", "variational/baoab")
         )  # fmt: skip
-        for score in scores(first, second):
-            assert score.size == 7
-            assert float(score.max()) < 4.5, potential  # 2.1
+        for name in ("mean", "mean_square"):
+            scale = np.sqrt(second.mean_square) ** (2 if name == "mean_square" else 1)
+            apart = abs(first[name] - second[name]) / (1 + scale)  # d is 0 on flat U
+            assert apart.size == 7
+            assert float(apart.max()) < 3e-10, (potential, name)  # 1.1e-11
 
 
 def pair(method, seed, noise=5.0):
@@ -165,12 +163,12 @@ def test_the_exponent_of_a_stretched_exponential(q):
 def test_flights_by_the_reduced_equation_are_those_of_a_simulation_with_constant_diffusion():
     """On flat U with drag, d is an Ornstein-Uhlenbeck process: in the end, an exponential law.
 
-    The standard errors of the two slopes are 1 %; a deviation of 10 % by chance is impossible.
+    The standard errors of the two slopes are 1.4 %; 10 % by chance are impossible.
     """
     scene = mm.Disk(potential="flat", drag=1e-2, rotational_drag=5e-3)
     run = mm.ensemble(
-        scene, method="variational/baoab", timestep=0.1, duration=4e3, replicas=4096, seed=7,
-        sample_interval=2, initial=mm.theory.gibbs(scene, 4096, seed=8),
+        scene, method="variational/baoab", timestep=0.1, duration=4e3, replicas=2048, seed=7,
+        sample_interval=2, initial=mm.theory.gibbs(scene, 2048, seed=8),
     )  # fmt: skip
     begins = 0.2 * 2**9, 0.2 * 2**10
     slopes, _ = flight_law.measured_slopes(run, begins)

@@ -5,26 +5,12 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from PIL import Image
 
 import magmotor as mm
 from paper.bracket import bracket
 from paper.prototype import dry_friction, finite_magnets, lift_off
 from paper.top.finite_ring import build_finite_ring
 from paper.top.lift import largest_lift
-
-
-def drawn(figure, data, folder):
-    path = folder / f"{figure.name}.png"
-    figure.draw(data, path)
-    assert path.stat().st_size < 150_000  # 18 to 25 kB
-    with Image.open(path) as picture:
-        assert picture.width == 990
-    return figure.claims(data)
-
-
-def verdicts(claims):
-    return [claim.verdict for claim in claims]
 
 
 @pytest.mark.parametrize(("first", "last"), [(1e-3, 10.0), (10.0, 1e-3)])
@@ -45,12 +31,7 @@ def test_a_bracket_that_holds_nothing_is_refused():
 
 @pytest.fixture(scope="module")
 def dry():
-    return dry_friction.compute(quick=True)
-
-
-def test_dry_friction_figure(dry, tmp_path):
-    claims = drawn(dry_friction.FIGURE, dry, tmp_path)
-    assert verdicts(claims) == ["right"] * 4 + ["in part", "right"]
+    return dry_friction.compute(True)
 
 
 def test_weak_coulomb_friction_spins_the_ball_as_first_order_says(dry):
@@ -95,12 +76,7 @@ def test_coulomb_friction_is_stiction():
 
 @pytest.fixture(scope="module")
 def lift():
-    return lift_off.compute(quick=True)
-
-
-def test_lift_off_figure(lift, tmp_path):
-    claims = drawn(lift_off.FIGURE, lift, tmp_path)
-    assert verdicts(claims) == ["right", "wrong", "in part", "wrong"]
+    return lift_off.compute(True)
 
 
 def test_runs_leave_the_plane_where_statics_says(lift):
@@ -146,12 +122,10 @@ def test_one_point_a_magnet_is_the_scene():
 
 @pytest.fixture(scope="module")
 def finite():
-    return finite_magnets.compute(quick=True)
+    return finite_magnets.compute(True)
 
 
-def test_finite_magnets_figure(finite, tmp_path):
-    claims = drawn(finite_magnets.FIGURE, finite, tmp_path)
-    assert verdicts(claims) == ["right", "wrong", "right", "in part", "in part"]
+def test_a_ball_magnetized_throughout_is_pulled_as_a_dipole(finite):
     assert finite.ball_force < 2e-13  # 9e-15
 
 
