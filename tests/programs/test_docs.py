@@ -173,18 +173,27 @@ def test_commands_and_their_flags_exist(words, help_of):
         assert re.search(rf"{flag}\b", help_of(*words[:2]))
 
 
+HELP: dict[tuple[str, ...], str] = {}
+"""What --help has said of programs and their subcommands."""
+
+
 @pytest.fixture
 def help_of(monkeypatch, capsys):
     """What --help says of a program, or of the subcommand that a word may be; of any, of all."""
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # scripts set it
 
-    def said(program, *words):
+    def said(*words):
+        if words not in HELP:
+            HELP[words] = run(*words)
+        return HELP[words]
+
+    def run(program, *words):
         path = ROOT / program
         monkeypatch.syspath_prepend(path.parent)
         monkeypatch.setattr(sys, "argv", [*program.split(), *words, "--help"])
-        run = partial(runpy.run_path, str(path), run_name="__main__")
+        script = partial(runpy.run_path, str(path), run_name="__main__")
         with pytest.raises(SystemExit, check=lambda stop: not stop.code):
-            (run_command if program.startswith("magmotor ") else run)()
+            (run_command if program.startswith("magmotor ") else script)()
         return capsys.readouterr().out
 
     def help_of(program, word):
