@@ -817,7 +817,7 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatc
         with pytest.warns(UserWarning, match=r"to suit the timestep 0.02: joint limits \(1, "):
             langevin = mm.Langevin(model, kT=0.3)
         for data.qpos[0] in (-0.2, -0.11, -0.05, 0.001, 0.1, 0.01):
-            found.append(langevin.forces(data)[0])  # noqa: PERF401
+            found.append(langevin.forces(data)[0])
     assert found[:6] == found[6:]
     stiffness = -found[-1] / 0.01
     assert stiffness * 0.02**2 == pytest.approx(0.25, rel=1e-6)  # at rest; the mass is 1

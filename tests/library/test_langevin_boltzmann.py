@@ -385,7 +385,7 @@ METROPOLIS: dict[str, dict[str, tuple[float, float]]] = {
         "V/kT": (2.99898, 0.0075),
     },
 }
-"""Means and standard errors by `truth(Law(TREES[name]), 1600)`, which takes three minutes for all."""
+"""Means and standard errors by `truth(Law(TREES[name]), 1600)`, in three minutes for all."""
 
 
 @pytest.mark.parametrize("name", METROPOLIS)

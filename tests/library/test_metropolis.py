@@ -250,7 +250,12 @@ def test_own_potential():
     """It replaces gravity, and everything that would be refused."""
     xml = CART.replace("</worldbody>", "</worldbody><equality><joint joint1='rail'/></equality>")
     run = sampled(
-        xml, 2.0, samples=200, burn_in=300, replicas=16, potential=lambda data: 30 * float(data.qpos[0]) ** 2
+        xml,
+        2.0,
+        samples=200,
+        burn_in=300,
+        replicas=16,
+        potential=lambda data: 30 * float(data.qpos[0]) ** 2,
     )
     assert deviation(run.potential_energy, 1.0) < SIGMAS
 

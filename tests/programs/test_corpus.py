@@ -76,7 +76,7 @@ for line in sys.stdin:
         sys.exit(program.main())
     print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
-"""Runs a program in a fork for each line of input; what it loads takes longer than most programs."""
+"""Runs a program in a fork for each line of input, since loading takes longer than most."""
 
 
 @pytest.fixture(scope="module")
