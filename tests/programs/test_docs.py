@@ -123,6 +123,14 @@ def test_tests_that_are_named_exist(page):
         assert re.search(rf"^def test_\w*{word}", tests, re.MULTILINE), f"{files}-k {word}"
 
 
+def test_the_tests_of_the_list_exist():
+    """Those that `make test-quick` leaves out."""
+    lines = (ROOT / "tests" / "slow.txt").read_text(encoding="utf-8").splitlines()
+    assert lines == sorted({*lines})
+    for file, name in (line.split("::") for line in lines):
+        assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), name
+
+
 def commands():
     """Commands with flags of all pages: lines of shell, and what stands in backticks.
 
