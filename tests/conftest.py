@@ -26,10 +26,16 @@ pytest_plugins = ["browser"]
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+SLOW = {*(TESTS / "slow.txt").read_text(encoding="utf-8").splitlines()}
+"""Tests of the library and the devices whose cases take half a second of CPU time in all."""
+
+
 def pytest_collection_modifyitems(items):
-    """Mark each test with the name of its folder."""
+    """Mark each test with the name of its folder, and those of the list as slow."""
     for item in items:
         item.add_marker(item.path.relative_to(TESTS).parts[0])
+        if item.nodeid.partition("[")[0] in SLOW:
+            item.add_marker("slow")
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ from magmotor.advice.stability import find_rest, stability_limit
 def clock():
     """Costs and budgets count steps instead of time, whatever the load of the machine."""
     with pytest.MonkeyPatch.context() as patch:
-        yield Clock(patch, step=2e-5)
+        yield Clock(patch, step=1.5e-4)
 
 
 def loop(model, data, integrator, timestep, duration):
@@ -101,7 +101,7 @@ def test_the_mode_of_two_joints_is_that_of_theory():
     apart = COUPLED.replace("<option", '<option integrator="RK4"').replace(
         "<geom", '<geom contype="0"'
     )
-    advice = mm.advise(*started(apart, [0.1]), budget=5)
+    advice = mm.advise(*started(apart, [0.1]), budget=10)
     mass = np.array([1.0, 4.0])
     stiffness = np.array([[110.0, -100.0], [-100.0, 120.0]])
     squares, modes = np.linalg.eigh(stiffness / np.sqrt(np.outer(mass, mass)))

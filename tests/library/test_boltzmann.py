@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
+from magmotor.mjcf.boltzmann import temperatures
 from magmotor.mjcf.boltzmann.forces import resting_forces
 from magmotor.mjcf.boltzmann.potential import potential_energy
 
@@ -157,9 +158,9 @@ def test_the_forces_are_the_gradient_of_the_energy():
 
 @pytest.fixture(scope="module")
 def arm():
-    """16 x 1000 positions and velocities of an arm at 2 J."""
+    """16 x 500 positions and velocities of an arm at 2 J."""
     model = load(ARM)
-    run = mm.metropolis(model, 2.0, samples=1000, seed=1, record_interval=3)
+    run = mm.metropolis(model, 2.0, samples=500, seed=1, record_interval=3)
     return model, with_velocities(model, run, 2.0, seed=2)
 
 
@@ -170,7 +171,7 @@ def test_kinetic_temperature(arm):
     assert (abs(found.temperature - 2) < SIGMAS * found.error).all()
     assert abs(found.total - 2) < SIGMAS * found.total_error
     # The total is the mean of chi^2/5, whose variance is 2 kT^2/5; its error is known to 18 %.
-    assert found.total_error == pytest.approx(2 * np.sqrt(0.4 / 16000), rel=0.7)
+    assert found.total_error == pytest.approx(2 * np.sqrt(0.4 / 8000), rel=0.7)
 
 
 def test_a_hot_joint_is_detected(arm):
@@ -186,7 +187,7 @@ def test_the_mass_matrix_is_that_of_the_position(arm):
     """Velocities drawn at other positions are wrong by many errors."""
     model, run = arm
     found = mm.kinetic_temperature(model, run.assign(qpos=run.qpos[:, ::-1]))
-    assert (abs(found.temperature - 2) / found.error).max() > 2 * SIGMAS  # 17
+    assert abs(found.total - 2) > 2 * SIGMAS * found.total_error  # 20
 
 
 def test_one_chain_is_as_good_as_many(arm):
@@ -199,7 +200,7 @@ def test_one_chain_is_as_good_as_many(arm):
     assert 0.3 < one.total_error / many.total_error < 3  #
 
 
-def pendulum(kT, samples=1500, **options):
+def pendulum(kT, samples=1000, **options):
     """Return a double pendulum and 16 times as many positions."""
     model = load(DOUBLE)
     run = mm.metropolis(model, kT, samples=samples, seed=1, record_interval=4, **options)
@@ -225,7 +226,7 @@ def test_configurational_temperature(double):
 def test_ten_percent_are_detected():
     hot = pendulum(5.5)
     assert abs(score(hot, 5.5)) < SIGMAS
-    assert score(hot, 5) > SIGMAS  # 9.0
+    assert score(hot, 5) > SIGMAS  # 7.6
 
 
 def test_the_law_without_the_mass_matrix_is_detected():
@@ -246,7 +247,7 @@ def test_configurational_temperature_of_a_ball_joint(arm):
 def test_configurational_temperature_of_every_kind_of_force():
     """Of all but dipoles, whose energy takes long; 16 x 100 positions."""
     model = load(EVERYTHING.replace("dipoles ", ""))
-    run = mm.metropolis(model, 3, samples=100, burn_in=500, record_interval=2, seed=1)
+    run = mm.metropolis(model, 3, samples=100, burn_in=250, record_interval=2, seed=1)
     assert abs(score((model, run), 3)) < SIGMAS
 
 
@@ -288,8 +289,10 @@ def test_own_forces(double):
         assert found[name] == pytest.approx(2 * float(once[name]), rel=1e-9)
 
 
-def test_a_long_run_is_thinned(double):
-    """To 200000 evaluations, five for each of 40000 positions, evenly spaced."""
+def test_a_long_run_is_thinned(double, monkeypatch):
+    """To 200000 evaluations, here 20000: five for each of 4000 positions, evenly spaced."""
+    assert temperatures.CALLS == 200_000
+    monkeypatch.setattr(temperatures, "CALLS", 20_000)
     model, run = double
     calls = []
 
@@ -297,9 +300,9 @@ def test_a_long_run_is_thinned(double):
         calls.append(float(data.qpos[0]))
         return -np.sin(data.qpos)
 
-    long = xr.Dataset({"qpos": (("time", "nq"), np.tile(run.qpos.values.reshape(-1, 2), (2, 1)))})
+    long = xr.Dataset({"qpos": (("time", "nq"), run.qpos.values.reshape(-1, 2))})
     mm.configurational_temperature(model, long, forces)
-    assert len(calls) == 200_000
+    assert len(calls) == 20_000
     assert (calls[0], calls[-5]) == (long.qpos[0, 0], long.qpos[-1, 0])
 
 

@@ -325,7 +325,7 @@ def test_a_needle_at_a_temperature_obeys_langevins_law():
     """<cos> = coth a - 1/a with a = m B/kT, for a field that a control doubles.
 
     The standard error comes from 64 independent replicas; at 5 of them, the false-alarm rate is
-    6e-7. Without the drive, the mean would be 20 of them lower.
+    6e-7. Without the drive, the mean would be 9 of them lower, which is seen in 99 of 100 runs.
     """
     bodies = (
         '<body><joint type="ball" damping="1e-6"/><geom size="0.01"/>'
@@ -344,11 +344,11 @@ def test_a_needle_at_a_temperature_obeys_langevins_law():
     data = mujoco.MjData(model)
     data.ctrl[0] = 2.0
     run = mm.Langevin(model, kT=1e-3).sample(
-        2000 * model.opt.timestep, replicas=64, burn_in=1000 * model.opt.timestep, initial=data
+        400 * model.opt.timestep, replicas=64, burn_in=300 * model.opt.timestep, initial=data
     )
     _, x, y, _ = np.moveaxis(run.qpos.values, -1, 0)
     cosines = (1 - 2 * (x**2 + y**2)).mean(axis=1)
     error = cosines.std(ddof=1) / 8
     a = 0.5 * 0.004 / 1e-3
     assert abs(cosines.mean() - (1 / math.tanh(a) - 1 / a)) < 5 * error
-    assert cosines.mean() - (1 / math.tanh(a / 2) - 2 / a) > 10 * error  # 20
+    assert cosines.mean() - (1 / math.tanh(a / 2) - 2 / a) > 5 * error  # 9

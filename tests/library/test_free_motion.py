@@ -78,9 +78,9 @@ def test_a_motion_that_no_number_of_pieces_follows_is_reported():
 
 @BRIEF  # nothing damps the translation
 def test_the_rotation_of_a_fast_body_has_its_temperature():
-    """A box at 300 m/s, whose energy of rotation is 1e-9 of the rest; 64 000 records.
+    """A box at 300 m/s, whose energy of rotation is 1e-9 of the rest; 32 runs of 80 relaxations.
 
-    Measured: 1.000(6). A tolerance relative to the whole energy would make it hot.
+    A tolerance relative to the whole energy would make it hot; 15 % are seen in 99 of 100 runs.
     """
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><option timestep="0.2" gravity="0 0 0"/><worldbody><body><freejoint/>'
@@ -93,16 +93,16 @@ def test_the_rotation_of_a_fast_body_has_its_temperature():
     with pytest.warns(UserWarning, match="nothing damps the motion of its tree as a whole"):
         langevin = mm.Langevin(model, kT, friction=np.array([0, 0, 0, *0.05 * moments]), seed=4)
     run = langevin.sample(
-        50_000 * langevin.timestep,
+        8000 * langevin.timestep,
         replicas=32,
         record_interval=10,
-        burn_in=2000 * langevin.timestep,
+        burn_in=1000 * langevin.timestep,
         initial=data,
     )
     energies = (moments * run.qvel.values[..., 3:] ** 2).mean(axis=(1, 2)) / kT
     error = energies.std(ddof=1) / np.sqrt(len(energies))
     assert abs(energies.mean() - 1) < 5 * error
-    assert error < 0.01
+    assert error < 0.025  # 0.014
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -194,7 +194,7 @@ def test_motion_near_gimbal_lock_is_followed():
 
 
 def test_a_cold_bath_stays_cold_beside_a_hot_one():
-    """A body that slides at 90 kJ and rotates at 0.1 J: baths of one tree. Measured: 1.010(9)."""
+    """A body that slides at 90 kJ and rotates at 0.1 J: baths of one tree; 15 % are seen."""
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><option timestep="0.2" gravity="0 0 0"/><worldbody><body>'
         '<joint name="hot" type="slide" axis="1 0 0" damping="0.05"/>'
@@ -203,13 +203,13 @@ def test_a_cold_bath_stays_cold_beside_a_hot_one():
     )
     langevin = mm.Langevin(model, {"hot": 9e4, "cold": 0.1}, seed=4)
     run = langevin.sample(
-        50_000 * langevin.timestep,
+        8000 * langevin.timestep,
         replicas=32,
         record_interval=10,
-        burn_in=2000 * langevin.timestep,
+        burn_in=1000 * langevin.timestep,
     )
     moments = model.body_inertia[1]
     energies = (moments * run.qvel.values[..., 1:] ** 2).mean(axis=(1, 2)) / 0.1
     error = energies.std(ddof=1) / np.sqrt(len(energies))
     assert abs(energies.mean() - 1) < 5 * error
-    assert error < 0.01
+    assert error < 0.025  # 0.020

@@ -158,8 +158,7 @@ def test_the_first_moment_left_out_is_the_fourth():
     assert np.abs(order - [7, 6]).max() < 0.3  # 0.03
 
 
-@pytest.mark.parametrize("name", DISTRIBUTIONS)
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("seed", "name"), [*enumerate(DISTRIBUTIONS)])
 def test_no_error_exceeds_the_tolerance(model, name, seed):
     """The largest error of a force, relative to the RMS force, and of a field, to the RMS field."""
     data, positions, moments = scattered(model, name, seed)

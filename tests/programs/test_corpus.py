@@ -1,5 +1,6 @@
 """The program that checks the models of public packages."""
 
+import json
 import math
 import subprocess
 import sys
@@ -54,18 +55,55 @@ def packages(tmp_path):
     return tmp_path
 
 
-def program(folder, before="", name="__main__", options=("--workers", "2")):
+PROGRAMS = """
+import json, os, sys, time
+sys.path.append("tests")
+import trials.corpus.__main__, trials.corpus.acceptance, trials.corpus.advice
+import trials.corpus.processes, trials.corpus.stability
+from trials.corpus.acceptance import HINGE, mm, mujoco
+
+with mm.magnetism():
+    mm.Langevin(mujoco.MjModel.from_xml_string(HINGE), kT=1.0, seed=1)
+for line in sys.stdin:
+    name, before, arguments, files = json.loads(line)
+    program = sys.modules[f"trials.corpus.{name}"]
+    child = os.fork()
+    if child == 0:
+        for number, file in enumerate(files, start=1):
+            os.dup2(os.open(file, os.O_WRONLY | os.O_CREAT), number)
+        sys.argv[1:] = arguments
+        exec(before)
+        sys.exit(program.main())
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+"""Runs a program in a fork for each line of input, since loading takes longer than most."""
+
+
+@pytest.fixture(scope="module")
+def programs():
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAMS],
+        cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        yield process
+        process.communicate(timeout=100)
+
+
+@pytest.fixture
+def program(programs, tmp_path_factory):
     """Exit code and output of a program, after some statements."""
-    code = f"import os, sys, time, trials.corpus.processes, trials.corpus.{name} as program"
-    code = f"{code}\n{before}\nsys.exit(program.main())"
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(folder), *options],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=100,
-    )  # fmt: skip
-    return done.returncode, done.stdout, done.stderr
+
+    def run(folder, before="", name="__main__", options=("--workers", "2")):
+        texts = tmp_path_factory.mktemp("output")
+        files = [texts / "output", texts / "errors"]
+        line = json.dumps([name, before, [str(folder), *options], [*map(str, files)]])
+        print(line, file=programs.stdin, flush=True)
+        return int(programs.stdout.readline()), *(file.read_text() for file in files)
+
+    return run
 
 
-def test_the_table_counts_each_kind_of_file(packages):
+def test_the_table_counts_each_kind_of_file(packages, program):
     code, output, errors = program(packages)
     assert code == 0, errors
     assert "| robots 1.2 | 8 | 3 | 2 | 1 | 0 | 0 |" in output
@@ -88,13 +126,13 @@ def test_the_table_counts_each_kind_of_file(packages):
         ),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_named(packages, before, complaint):
+def test_what_is_wrong_is_named(packages, program, before, complaint):
     code, output, errors = program(packages, before)
     assert code == 1, errors
     assert f"WRONG: robots/pendulum.xml: {complaint}" in output
 
 
-def test_the_table_of_temperatures(packages):
+def test_the_table_of_temperatures(packages, program):
     floor = '<worldbody><geom type="plane" size="1 1 1"/>'
     (packages / "robots" / "same.xml").write_text(PENDULUM.replace("<worldbody>", floor))
     code, output, errors = program(packages, name="acceptance")
@@ -112,20 +150,23 @@ def test_the_table_of_temperatures(packages):
         ("program.examine = lambda *_, **__: os._exit(3)", "exit code 3"),
     ],
 )
-def test_what_is_wrong_at_a_temperature_is_named(packages, before, complaint):
+def test_what_is_wrong_at_a_temperature_is_named(packages, program, before, complaint):
     code, output, errors = program(packages, before, name="acceptance")
     assert code == 1, errors
     assert f"WRONG: robots/pendulum.xml: {complaint}" in output
 
 
 FEW = """
+from advised_models import Clock
+from pytest import MonkeyPatch
+Clock(MonkeyPatch(), step=1e-4)
 program.BUDGET, program.DURATIONS, program.SPEEDS = 3, (1.0,), (2.0,)
 program.QUANTITIES = "positions", "energy"
 """
-"""Questions about the pendulum that have an answer, in seconds."""
+"""Questions about the pendulum that have an answer; the budget counts steps instead of time."""
 
 
-def test_promises_are_judged_twice(packages):
+def test_promises_are_judged_twice(packages, program):
     code, output, errors = program(packages, FEW, name="advice")
     assert code == 0, errors
     assert "against RK4" in output or "against implicitfast" in output
@@ -134,7 +175,7 @@ def test_promises_are_judged_twice(packages):
 
 
 @pytest.mark.parametrize("change", ["own=1.0", "other=1.0, doubt=0.01, by='RK4'"])
-def test_a_promise_broken_before_either_judge_fails(packages, change):
+def test_a_promise_broken_before_either_judge_fails(packages, program, change):
     before = f"{FEW}\nfrom dataclasses import replace\njudge = program.judge\n"
     before += f"program.judge = lambda *arguments: replace(judge(*arguments), {change})"
     code, output, errors = program(packages, before, name="advice")
@@ -143,7 +184,7 @@ def test_a_promise_broken_before_either_judge_fails(packages, change):
     assert output.endswith("1 models, 1 promises, of which 0 hold\n")
 
 
-def test_a_process_that_does_not_return_fails(packages):
+def test_a_process_that_does_not_return_fails(packages, program):
     before = f"{FEW}\nprogram.mm.advise = lambda *_, **__: os._exit(3)"
     code, output, _ = program(packages, before, name="advice")
     assert code == 1
@@ -220,7 +261,7 @@ def test_the_other_judge_counts_as_far_as_it_is_certain():
     assert Judgment(0.009, other=0.011, doubt=0.002).holds(0.01)
 
 
-def test_limits_that_are_infinite_both_are_counted_apart(packages):
+def test_limits_that_are_infinite_both_are_counted_apart(packages, program):
     options = ["--models", "1"]
     code, output, errors = program(packages, name="stability", options=options)
     assert code == 0, errors

@@ -123,6 +123,14 @@ def test_tests_that_are_named_exist(page):
         assert re.search(rf"^def test_\w*{word}", tests, re.MULTILINE), f"{files}-k {word}"
 
 
+def test_the_tests_of_the_list_exist():
+    """Those that `make test-quick` leaves out."""
+    lines = (ROOT / "tests" / "slow.txt").read_text(encoding="utf-8").splitlines()
+    assert lines == sorted({*lines})
+    for file, name in (line.split("::") for line in lines):
+        assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), name
+
+
 def commands():
     """Commands with flags of all pages: lines of shell, and what stands in backticks.
 
@@ -173,18 +181,27 @@ def test_commands_and_their_flags_exist(words, help_of):
         assert re.search(rf"{flag}\b", help_of(*words[:2]))
 
 
+HELP: dict[tuple[str, ...], str] = {}
+"""What --help has said of programs and their subcommands."""
+
+
 @pytest.fixture
 def help_of(monkeypatch, capsys):
     """What --help says of a program, or of the subcommand that a word may be; of any, of all."""
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # scripts set it
 
-    def said(program, *words):
+    def said(*words):
+        if words not in HELP:
+            HELP[words] = run(*words)
+        return HELP[words]
+
+    def run(program, *words):
         path = ROOT / program
         monkeypatch.syspath_prepend(path.parent)
         monkeypatch.setattr(sys, "argv", [*program.split(), *words, "--help"])
-        run = partial(runpy.run_path, str(path), run_name="__main__")
+        script = partial(runpy.run_path, str(path), run_name="__main__")
         with pytest.raises(SystemExit, check=lambda stop: not stop.code):
-            (run_command if program.startswith("magmotor ") else run)()
+            (run_command if program.startswith("magmotor ") else script)()
         return capsys.readouterr().out
 
     def help_of(program, word):

@@ -1,11 +1,13 @@
 """The wheel and its extras: what is in them, and what the core does without any extra."""
 
+import json
 import os
 import re
 import subprocess
 import sys
 import tarfile
 import tomllib
+import warnings
 import zipfile
 from importlib.metadata import distribution
 from pathlib import Path
@@ -14,7 +16,7 @@ from shutil import copy, which
 import pytest
 from packaging.requirements import Requirement
 
-from magmotor.commands import COMMANDS, EXTRAS, completion
+from magmotor.commands import COMMANDS, EXTRAS, completion, main
 from magmotor.common import optional
 from magmotor.common.versions import package_checksum
 
@@ -161,31 +163,47 @@ for code in {[code for code, *_ in NEEDS]!r}:
         assert line.startswith(f'{package} is not installed: pip install "magmotor[{extra}]"')
 
 
-@pytest.mark.parametrize(("command", "extra"), [
-    ("movie top", "movies"),
-    ("sweep top", "sweep"),
-    ("rerun run.nc", "scenes"),
-    ("view top", "scenes"),
-    ("view top --web", "scenes,web"),
-])  # fmt: skip
-def test_a_command_says_in_one_line_which_extra_it_needs(core, command, extra):
-    found = core("-m", "magmotor", *command.split())
-    assert found.returncode == 2
-    assert found.stdout == ""
-    (line,) = found.stderr.splitlines()
-    name = command.split()[0]
-    assert re.match(rf"magmotor {name}: [\w, -]*netcdf4[\w, -]* are not installed: ", line)
-    assert f'pip install "magmotor[{extra}]"' in line
+NEED = {
+    "movie top": "movies",
+    "sweep top": "sweep",
+    "rerun run.nc": "scenes",
+    "view top": "scenes",
+    "view top --web": "scenes,web",
+}
+"""Commands, and the extra that each needs."""
+
+COMMANDS_IN_A_ROW = """
+import contextlib, io, json, sys
+from magmotor.commands import main
+found = []
+for line in sys.argv[1:]:
+    sys.argv[1:] = line.split()
+    said, error = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(error):
+        try:
+            code = main()
+        except SystemExit as end:
+            code = end.code
+    found.append((code or 0, said.getvalue(), error.getvalue()))
+print(json.dumps(found))
+"""
 
 
-def test_the_core_has_help_and_the_commands_for_any_model(core, tmp_path):
-    assert core("-m", "magmotor", "--help").returncode == 0
-    model = tmp_path / "needle.xml"
-    model.write_text(NEEDLE)
-    found = core("-m", "magmotor", "check", str(model))
-    assert (found.returncode, found.stderr) == (0, "")
+def test_without_extras_commands_help_act_on_any_model_or_say_which_extra_they_need(core, tmp_path):
+    (tmp_path / "needle.xml").write_text(NEEDLE)
+    work = f"check {tmp_path / 'needle.xml'}", "--help", "movie --help"
+    done = core("-c", COMMANDS_IN_A_ROW, *work, *NEED)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert [(code, error) for code, _, error in found[:3]] == [(0, "")] * 3
     assert set(EXTRAS) < set(COMMANDS)
-    assert core("-m", "magmotor", "movie", "--help").returncode == 0
+    for (code, said, error), (command, extra) in zip(found[3:], NEED.items(), strict=True):
+        assert (code, said) == (2, ""), command
+        (line,) = error.splitlines()
+        name = command.split()[0]
+        assert re.match(rf"magmotor {name}: [\w, -]*netcdf4[\w, -]* are not installed: ", line)
+        assert f'pip install "magmotor[{extra}]"' in line
+    assert core("-m", "magmotor", "movie", "top").stderr == found[3][2]
 
 
 def test_the_extras_that_the_code_names_exist():
@@ -217,45 +235,44 @@ def test_where_labmaze_has_no_wheel_the_remedy_says_so(monkeypatch, version, mis
     assert optional.remedy("scenes", missing) == remedy
 
 
-MAGNETIC = ("assembly", "beads", "pendulum")
-"""Endings of names of examples."""
+COMPLETED = {
+    "des": {"describe"},
+    "movie top --til": {"--tilt", "--tilt-azimuth"},
+    "movie x": set(),
+    "movie ''": {"top", "motor"},
+    "sweep st": {"status"},
+    "check ''": set(),
+    "examples show magnetic_": {"magnetic_assembly", "magnetic_beads", "magnetic_pendulum"},
+    "examples run pick_and_place --m": {"--movie"},
+}
+"""Words before the key TAB, and those that bash offers then."""
 
 
 @pytest.mark.parametrize("command", ["movie", "view", "sweep", "export", "completion", "examples"])
-def test_the_shell_completes_the_words_that_a_command_allows(command):
-    found = subprocess.run(
-        [sys.executable, "-m", "magmotor", command, "zzz"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    (allowed,) = re.findall(r"(?:must be one of|must be|Expected one of) ([^;\n]+)", found.stderr)
+def test_the_shell_completes_the_words_that_a_command_allows(command, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["magmotor", command, "zzz"])
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)  # commands set it
+    with pytest.raises(SystemExit):
+        main()
+    error = capsys.readouterr().err
+    (allowed,) = re.findall(r"(?:must be one of|must be|Expected one of) ([^;\n]+)", error)
     words = set(re.findall(r"\w+", allowed.partition(", or an MJCF")[0])) - {"or"}
     assert words == set(completion.FIRST[command].split())
 
 
 @pytest.mark.skipif(which("bash") is None, reason="there is no bash")
-@pytest.mark.parametrize(
-    ("words", "completed"),
-    [
-        (["des"], {"describe"}),
-        (["movie", "top", "--til"], {"--tilt", "--tilt-azimuth"}),
-        (["movie", "x"], set()),
-        (["movie", ""], {"top", "motor"}),
-        (["sweep", "st"], {"status"}),
-        (["check", ""], set()),
-        (["examples", "show", "magnetic_"], {f"magnetic_{x}" for x in MAGNETIC}),
-        (["examples", "run", "pick_and_place", "--m"], {"--movie"}),
-    ],
-)
-def test_bash_completes_commands_and_flags(tmp_path, words, completed):
+def test_bash_completes_commands_and_flags(tmp_path):
     magmotor = f"magmotor() {{ '{sys.executable}' -m magmotor \"$@\"; }}"
-    line = f"COMP_WORDS=(magmotor {' '.join(words)}) COMP_CWORD={len(words)}"
-    script = f'set -e\n{magmotor}\neval "$(magmotor completion bash)"\n{line}\n_magmotor\n'
+    script = f'set -e\n{magmotor}\neval "$(magmotor completion bash)"\nset +e\n'
+    for words in COMPLETED:
+        script += f"COMP_WORDS=(magmotor {words}) COMP_CWORD={len(words.split())}\n"
+        script += '_magmotor\necho "${COMPREPLY[@]}"\n'
     found = subprocess.run(
-        ["bash", "-c", f'{script}echo "${{COMPREPLY[@]}}"'], capture_output=True, text=True,
-        check=False, cwd=tmp_path,
-    )  # fmt: skip
+        ["bash", "-c", script], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
     assert found.stderr == ""
-    assert set(found.stdout.split()) == completed
+    lines = [set(line.split()) for line in found.stdout.splitlines()]
+    assert dict(zip(COMPLETED, lines, strict=True)) == COMPLETED
 
 
 def test_zsh_uses_the_script_of_bash():
