@@ -26,7 +26,7 @@ from test_friction import TREE
 import magmotor as mm
 from magmotor import noise
 from magmotor.common.environment import data_folder
-from magmotor.mjcf.langevin import thermostat
+from magmotor.mjcf.langevin import in_pieces
 from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 
@@ -407,8 +407,8 @@ def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypat
         used = [mujoco.MjData(model) for _ in range(threads)]
         paths = langevin.rollout(used, start, None, control_spec=0, nstep=300)
         np.testing.assert_array_equal(paths[..., : model.nq], runs[0].qpos)
-    monkeypatch.setattr(thermostat, "FIRST_STEPS", 1)
-    monkeypatch.setattr(thermostat, "SECONDS_BETWEEN_CHECKS", 0.0)
+    monkeypatch.setattr(in_pieces, "FIRST_STEPS", 1)
+    monkeypatch.setattr(in_pieces, "SECONDS_BETWEEN_CHECKS", 0.0)
     data = mujoco.MjData(model)
     langevin.step(data, 300)
     np.testing.assert_array_equal(end(data), end(whole))
@@ -787,7 +787,7 @@ def test_a_lost_replica_is_reported_with_all_records():
 
 
 @pytest.mark.parametrize(
-    "method", [partial(mm.Langevin, kT=1.0, friction=1e-9), mm.Baoab], ids=["langevin", "baoab"]
+    "method", [partial(mm.Langevin, kT=1.0, friction=1e-9), mm.Langevin], ids=["langevin", "baoab"]
 )
 def test_a_speed_of_which_mujoco_warns_is_lost(method):
     """It is 1e10; two joints are below it although their sum is not."""
@@ -850,7 +850,7 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(solref, mo
     times = []
     for seconds in (0.1, 1e-9):
         data.time, data.qpos[0], data.qvel[0] = 0.0, -0.05, 0.0
-        monkeypatch.setattr(thermostat, "SECONDS_BETWEEN_CHECKS", seconds)
+        monkeypatch.setattr(in_pieces, "SECONDS_BETWEEN_CHECKS", seconds)
         with pytest.raises(FloatingPointError, match="the timestep is too long"):
             stiff.step(data, 1_000_000)
         times.append(data.time)

@@ -222,7 +222,7 @@ BY_CLASS = {
     "MjData": ["data('Disk')"],
     "MjvPerturb": ["perturb()", "perturb(0)"],
     "MjvScene": ["mujoco.MjvScene(model('Top'), 100)"],
-    "Baoab": ["mm.Baoab(model('Disk'))", "mm.Baoab(model('slides'))"],
+    "Baoab": ["mm.Langevin(model('Disk'))", "mm.Langevin(model('slides'))"],
     "ViscousContact": ["mm.ViscousContact(0.3, 'ball', 'floor', bears_load=False)",
                        "mm.ViscousContact(0.3, 'rim', 'floor')"],
     "Langevin": ["langevin({kind})", "langevin({kind}, friction=1.0)",

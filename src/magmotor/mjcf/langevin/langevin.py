@@ -24,39 +24,26 @@ from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
 from magmotor.mjcf.forces.magnetic_state import stack_bytes
 from magmotor.mjcf.langevin.baths import (
-    dampers_with_temperatures,
     doubt,
-    read_friction,
     read_kT,
 )
-from magmotor.mjcf.langevin.friction import model_friction
+from magmotor.mjcf.langevin.friction import Friction
 from magmotor.mjcf.langevin.in_pieces import BY_TIME, Steps, Taken, on_threads, pieces
 from magmotor.mjcf.langevin.linear_limit import largest_timestep
-from magmotor.mjcf.langevin.lone_model import read_lone_bodies
 from magmotor.mjcf.langevin.lone_motion import (
     LoneBodies,
     LoneRoom,
-    lone_bodies,
     room_for_lone_bodies,
 )
-from magmotor.mjcf.langevin.loose_motion import loose_motions
 from magmotor.mjcf.langevin.own_model import (
-    check_damped,
-    check_inertia,
-    copy_with,
-    couplings,
-    leave_to_us,
-    skip_plugins,
     table_of,
-    without_friction,
 )
-from magmotor.mjcf.langevin.refusals import BY_MUJOCO, WITH_KT, refusal_with_remedies
+from magmotor.mjcf.langevin.prepared import prepared_lone_bodies, prepared_tree
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 from magmotor.mjcf.langevin.samples import LangevinDiverged, dataset_of, read_sampling
-from magmotor.mjcf.langevin.softening import soften
 from magmotor.mjcf.langevin.splitting_loop import compiled
-from magmotor.mjcf.langevin.supported import check_numbers, check_tree
-from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
+from magmotor.mjcf.langevin.supported import check_numbers
+from magmotor.mjcf.langevin.tree import Room, room_for
 from magmotor.mjcf.lookup import potential_checksum
 from magmotor.mjcf.overwritten import note_wrenches
 from magmotor.mjcf.unit_system import declares_units
@@ -78,15 +65,6 @@ ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
 """All bits of `mjtState`."""
 
 
-def _check(own: mujoco.MjModel, *, mujoco_steps: bool, all_friction: bool) -> None:
-    """Check the forces of a model, unless MuJoCo takes the steps, and its friction."""
-    if not mujoco_steps:
-        check_tree(own)
-        check_inertia(own)
-    if all_friction or not mujoco_steps:
-        model_friction(own if all_friction else without_friction(own))
-
-
 class Langevin:
     """Langevin dynamics of a MuJoCo model: its motion at a temperature.
 
@@ -104,9 +82,10 @@ class Langevin:
         frictionless contacts act as the springs and dampers that MuJoCo's soft constraints are at
         rest, and a warning says if they are softened to suit the timestep, as by MuJoCo's flag
         refsafe. The options of the integrator and of the solver have no effect.
-    kT : float or mapping of str to float
+    kT : float or mapping of str to float, optional
         Temperature in J; or temperatures of the dampers of the named joints, tendons and bodies (a
-        body stands for its joints and for its drag in a fluid), each of which is a bath.
+        body stands for its joints and for its drag in a fluid), each of which is a bath. By
+        default the noise is the model's own, see the notes.
     splitting : {"baoab", "obabo", "middle", "verlet", "o-rk4-o", "o-step-o"}
         The last one consists of steps of MuJoCo itself between friction and noise. With a given
         friction it supports every model, but has the temperature only approximately: constraints,
@@ -137,7 +116,8 @@ class Langevin:
     ------
     ValueError
         A number is invalid, nothing is damped, or something that acts on the model has no law of
-        fluctuation and dissipation. The message names the element and what to do.
+        fluctuation and dissipation; without kT, a body is not alone, or damping and noise are not
+        constant. The message names the element and what to do.
     LayoutError
         This version of MuJoCo lays out its structs differently than it declares.
 
@@ -154,11 +134,20 @@ class Langevin:
     1/g, or, if g h is large, about g h steps by the rule of part O (its positions do not wait for
     that). The velocities of an oscillation of angular frequency w have the temperature
     kT (1 - (w h)^2/4) by BAOAB, its positions have kT; if w/g exceeds 50 or so, this holds for
-    w h = 0.5 at most. Brownian wrenches of the model (`user` numbers of bodies) do not act.
+    w h = 0.5 at most. Brownian wrenches of the model (`user` numbers of bodies) act without kT only.
 
     B uses the forces at zero velocity; A is Heun's rule or, where that is not accurate enough, the
     classical Runge-Kutta rule in pieces, at conserved kinetic energy; O is the Crank-Nicolson rule.
     BAOAB is due to Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
+
+    Without kT, the noise is that of the Brownian wrenches of the model, as in `magnetism`, whose
+    path `userdata` selects. The bodies must be alone: the parent of each moving body is the world
+    or a body fixed to it, and its joints are slides followed by at most one hinge, ball or free
+    joint at the center of mass. Damping is that of joints and fixed tendons, or a viscous contact
+    like that of the planar scenes of `build`. A body with a ball or free joint and unequal moments
+    of inertia may have damping, and three equal Brownian torques about x, y and z. Then inertia,
+    damping and noise are constant, which saves most of the work: A and O are exact (A of second
+    order if three moments of inertia differ). The splitting is BAOAB.
 
     Examples
     --------
@@ -197,6 +186,7 @@ class Langevin:
         check_numbers(model)
         self.model, self.timestep, self.splitting = model, model.opt.timestep, splitting
         self._scheme, self._lone = LANGEVIN[splitting], kT is None
+        self._steps = "S" in self._scheme.parts
         self._recorded = model.nq + model.nv
         disable = (*elements("disable", disable, "must be flags, such as ['contact']"),)
         named = {"splitting": splitting, "friction": copy.copy(friction), "disable": disable}
@@ -214,62 +204,19 @@ class Langevin:
                 value = {**named, "seed": seed, "path": path}[name]
                 raise ArgumentError(name, value, "needs kT: without it, the noise is the model's")
             self.kT = {}
-            self._own = self._read_lone_bodies(disable)
+            prepared = prepared_lone_bodies(model, disable)
         else:
             self.kT = read_kT(model, kT)
             if not declares_units(model) and (question := doubt(self.kT)):
                 warnings.warn(question, stacklevel=2)
             baths = self.kT if isinstance(kT, Mapping) else float(self.kT["kT"])
-            self._own = self._read_tree(disable, friction, baths)
+            prepared = prepared_tree(model, disable, friction, baths, mujoco_steps=self._steps)
+        self._own, self.effective_model, self._tree, self._dampers, self._friction = prepared
         self._baths = tuple(self.kT) or ("noise",)
-        skip_plugins(self._own)
+        self._losses = () if self._lone else tuple(LOSSES)
         self._parts = table_of(self._scheme, model.opt.timestep)
         self._path_numbers = np.array([self._path.seed, *self._path.view])
         self._advance = compiled(lone=self._lone)
-
-    def _read_lone_bodies(self, disable: Sequence[str]) -> mujoco.MjModel:
-        """Read a model with noise of its own, and return the copy for the compiled loop."""
-        own = copy_with(self.model, disable)
-        try:
-            self._tree, self._dampers, self._losses = lone_bodies(own), (), ()
-        except ValueError as error:
-            raise refusal_with_remedies(
-                self.model, disable, read_lone_bodies, error, WITH_KT
-            ) from None
-        self.effective_model = copy.copy(own)
-        return own
-
-    def _read_tree(
-        self,
-        disable: Sequence[str],
-        friction: float | ArrayLike | None,
-        kT: float | dict[str, float],
-    ) -> mujoco.MjModel:
-        """Read a model with temperatures, and return the copy for the compiled loop."""
-        model, own = self.model, copy_with(self.model, disable)
-        steps = "S" in self._scheme.parts
-        given = None if friction is None else read_friction(model, friction)
-        check = partial(_check, mujoco_steps=steps, all_friction=given is None)
-        try:
-            check(own)
-        except ValueError as error:
-            raise refusal_with_remedies(model, disable, check, error, BY_MUJOCO) from None
-        if not steps:
-            soften(own)
-        given = model_friction(own) if given is None else given
-        self.effective_model = copy.copy(own)
-        check_damped(own, given)
-        for warning in loose_motions(own, given, mujoco_steps=steps):
-            warnings.warn(warning, stacklevel=3)
-        full, rows = couplings(own, given)
-        self._friction = given
-        self._tree = read_tree(own, rows, full=full, mujoco_steps=steps)
-        self._dampers = dampers_with_temperatures(
-            own, given, kT, constraints=self._tree.constraints
-        )
-        self._losses = tuple(LOSSES)
-        leave_to_us(own, mujoco_steps=steps, all_friction=not steps or friction is None)
-        return own
 
     def __reduce__(self):
         named, positional = self._arguments
@@ -287,15 +234,16 @@ class Langevin:
         Parameters
         ----------
         data : mujoco.MjData
-            Data of this model; `time` selects the step of the Brownian path.
+            Data of this model; `time` selects the step of the Brownian path, and without kT,
+            `userdata` the path, as in `magnetism`.
         nstep : int
             Number of steps, less than 2^53.
 
         Returns
         -------
         dict of str to float
-            Heat in J from each bath, under the names of `kT` (or `kT` itself), and `work`, the
-            work of all forces. They add up to the change of the kinetic energy.
+            Heat in J from each bath, under the names of `kT` (or `kT` itself, or `noise` without
+            kT), and `work`, the work of all forces. They add up to the change of the kinetic energy.
 
         Raises
         ------
@@ -416,7 +364,7 @@ class Langevin:
         duration : float
             Time of each replica in s, in whole steps that end with the last record.
         replicas : int
-            Each has its own noise.
+            Each has its own noise, without kT that of the replica in `userdata` plus its number.
         record_interval : int
             Record every n-th step.
         burn_in : float
@@ -462,8 +410,8 @@ class Langevin:
             sentence = f"{replicas} x {sampling.records} records do not fit in memory"
             raise ArgumentError("duration", duration, sentence)
         self._compile()
-        if kT := max(self.kT.values(), default=0.0):
-            forces = None if "S" in self._scheme.parts else self.forces
+        if self._friction and (kT := max(self.kT.values())):
+            forces = None if self._steps else self.forces
             start = self._start(initial)
             if warning := unsettled(
                 self.model, start, self._friction, self._scheme, forces, kT, sampling
@@ -536,7 +484,7 @@ class Langevin:
         ValueError, mujoco.FatalError
             As for `step`.
         """
-        self._check_parts()
+        self._parts_friction()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
         room = self._room()
@@ -566,16 +514,18 @@ class Langevin:
             The data belong to another model, the splitting consists of steps of MuJoCo, or kT was
             not given.
         """
-        self._check_parts()
-        if self._lone:
-            raise ArgumentError("kT", None, "must be given, for friction by the rule of this limit")
+        friction = self._parts_friction()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        return largest_timestep(self.model, data, self.forces, self._friction, self._scheme)
+        return largest_timestep(self.model, data, self.forces, friction, self._scheme)
 
-    def _check_parts(self) -> None:
-        if "S" in self._scheme.parts:
+    def _parts_friction(self) -> Friction:
+        """Return the friction, after a check that there are parts to be looked at alone."""
+        if self._steps:
             raise ArgumentError("splitting", self.splitting, "must not consist of steps of MuJoCo")
+        if self._friction is None:
+            raise ArgumentError("kT", None, "must be given: without it, steps are all there is")
+        return self._friction
 
     def _run(self, data: mujoco.MjData, steps: Steps, room: Room | LoneRoom) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
@@ -634,7 +584,7 @@ class Langevin:
                 f"the dipoles need {needed} bytes of MuJoCo's memory, which is too small: increase"
                 " <size memory>"
             )
-        forbidden = [] if self._lone else ["passive"] + ["control"] * ("S" in self._scheme.parts)
+        forbidden = [] if self._lone else ["passive"] + ["control"] * (self._steps)
         for name in forbidden:
             if getattr(mujoco, f"get_mjcb_{name}")() is not None:
                 sentence = "must not be set (by magnetism(), either) while this Langevin runs"

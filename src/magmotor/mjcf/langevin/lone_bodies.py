@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.supported import check_numbers, check_tree, check_zero
+from magmotor.mjcf.langevin.supported import check_all_but_contacts, check_numbers, check_zero
 from magmotor.mjcf.langevin.supported_contacts import possible_contacts
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE, check_pair
@@ -43,7 +43,7 @@ def check_lone_bodies(model: mujoco.MjModel) -> None:
         other element, and the requirement.
     """
     check_numbers(model)
-    check_tree(model, viscous=True)
+    check_all_but_contacts(model)
     for field, (what, flag) in COUNTS.items():
         count = getattr(model, f"n{field}")
         if count and not disabled(model, flag):
@@ -54,8 +54,8 @@ def check_lone_bodies(model: mujoco.MjModel) -> None:
         _check_body(model, int(body))
     for contact in possible_contacts(model):
         if contact.sliding_friction != ALWAYS_IN_CONE:
-            sentence = "without kT, only viscous contacts of contact pairs may act"
-            raise ArgumentError(f"{contact.name}: condim", contact.dimension, sentence)
+            sentence = "must be a viscous one (mm.ViscousContact) without kT"
+            raise ArgumentError(f"contact of {contact.name}", "not viscous", sentence)
 
 
 def _check_spatial_tendons(model: mujoco.MjModel) -> None:

@@ -76,10 +76,8 @@ def check_numbers(model: mujoco.MjModel) -> None:
     check_array("gravity of the model", model.opt.gravity)
 
 
-def check_tree(model: mujoco.MjModel, *, viscous: bool = False) -> None:
+def check_tree(model: mujoco.MjModel) -> None:
     """Check the forces of a model, except its linear friction, which `model_friction` checks.
-
-    Its contacts may be `viscous` where each body is attached to the world by itself.
 
     Raises
     ------
@@ -87,6 +85,13 @@ def check_tree(model: mujoco.MjModel, *, viscous: bool = False) -> None:
         The model has dry friction or another force that is neither linear friction nor of a
         potential. The message names the element and what to do.
     """
+    check_all_but_contacts(model)
+    for contact in possible_contacts(model):
+        _check_contact(model, contact)
+
+
+def check_all_but_contacts(model: mujoco.MjModel) -> None:
+    """Check the forces of a model like `check_tree`, except those of contacts."""
     _check_extensions(model)
     check_zero(model, DISABLING_FLAGS)
     check_zero(model, {field: flag for field, flag in PLASTIC.items() if hasattr(model, field)})
@@ -94,9 +99,6 @@ def check_tree(model: mujoco.MjModel, *, viscous: bool = False) -> None:
     _check_compensation(model)
     _check_equalities(model)
     _check_actuators(model)
-    for contact in possible_contacts(model):
-        if not (viscous and contact.sliding_friction == ALWAYS_IN_CONE):
-            _check_contact(model, contact)
 
 
 def _check_extensions(model: mujoco.MjModel) -> None:
