@@ -150,7 +150,7 @@ def others() -> Iterator[tuple[str, str]]:
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mm.Langevin(model).step(data, nstep=100)
-    yield "Baoab", digest(data.qpos, data.qvel, data.xfrc_applied)
+    yield "Langevin", digest(data.qpos, data.qvel, data.xfrc_applied)
 
 
 def sweeps() -> Iterator[tuple[str, str]]:

@@ -446,6 +446,20 @@ def test_a_sample_without_kT_follows_the_replicas_of_the_models_noise():
     assert len(np.unique(run.qpos[:, -1, 0])) == 3
 
 
+def test_the_wrench_of_a_step_by_mujoco_does_not_stay():
+    """A block of `magnetism` leaves the noise of its last step in `xfrc_applied`."""
+    model, data = driven(noise.BrownianPath(4, 0.01))
+    with mm.magnetism():
+        mujoco.mj_step(model, data)
+    assert data.xfrc_applied[1].any()
+    clean = copy.copy(data)
+    clean.xfrc_applied[:] = 0.0
+    langevin = mm.Langevin(model)
+    for used in (data, clean):
+        langevin.step(used, 20)
+    np.testing.assert_array_equal(end(data), end(clean))
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

@@ -134,7 +134,7 @@ class Langevin:
     1/g, or, if g h is large, about g h steps by the rule of part O (its positions do not wait for
     that). The velocities of an oscillation of angular frequency w have the temperature
     kT (1 - (w h)^2/4) by BAOAB, its positions have kT; if w/g exceeds 50 or so, this holds for
-    w h = 0.5 at most. Brownian wrenches of the model (`user` numbers of bodies) act without kT only.
+    w h = 0.5 at most. Brownian wrenches (`user` numbers of bodies) do not act with kT.
 
     B uses the forces at zero velocity; A is Heun's rule or, where that is not accurate enough, the
     classical Runge-Kutta rule in pieces, at conserved kinetic energy; O is the Crank-Nicolson rule.
@@ -243,7 +243,8 @@ class Langevin:
         -------
         dict of str to float
             Heat in J from each bath, under the names of `kT` (or `kT` itself, or `noise` without
-            kT), and `work`, the work of all forces. They add up to the change of the kinetic energy.
+            kT), and `work`, the work of all forces. They add up to the change of the kinetic
+            energy.
 
         Raises
         ------

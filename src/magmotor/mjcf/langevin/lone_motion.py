@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf import memory
+from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.langevin.free_motion import move, update_kinematics
 from magmotor.mjcf.langevin.friction_and_noise import standard_normal
 from magmotor.mjcf.langevin.lone_model import Ball, LoneModel, read_lone_bodies
@@ -53,9 +54,10 @@ class LoneBodies(NamedTuple):
     ratios: Array
     """`Ball.ratios` of each ball joint, shape (balls, 3)."""
     bodies: Integers
-    """The next four are the same as in `Tree`."""
+    """Same as in `Tree`, like `weights` and `own_wrenches`."""
     weights: Array
     forces: int
+    """Bits of all that acts; for noise, wrenches of an earlier step by MuJoCo are removed."""
     own_wrenches: bool
 
 
@@ -95,7 +97,7 @@ def lone_bodies(model: mujoco.MjModel) -> LoneBodies:
         np.array([ball.ratios for ball in read.balls]).reshape(-1, 3),
         tree.bodies,
         tree.weights,
-        tree.forces,
+        acting_forces(model),
         tree.own_wrenches,
     )
 
