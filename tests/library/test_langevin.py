@@ -27,6 +27,7 @@ import magmotor as mm
 from magmotor import noise
 from magmotor.common.environment import data_folder
 from magmotor.mjcf.langevin import in_pieces
+from magmotor.mjcf.langevin.baths import read_friction
 from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 
@@ -1028,7 +1029,7 @@ def test_what_is_missing_is_tolerated_up_to_one_percent_or_an_error(
     langevin, data = mm.Langevin(model, kT=1.0), mujoco.MjData(model)
     for part, warns in ((1.2 * left, True), (0.8 * left, False)):
         found = unsettled(
-            model, data, langevin._friction, langevin._scheme, langevin.forces,
+            model, data, model_friction(model), langevin._scheme, langevin.forces,
             1.0, Sampling(0, 1, round(1 / part / rate / 0.05), replicas),
         )  # fmt: skip
         assert re.match(r"^joint 'j': .* % of the energy", found) if warns else not found
@@ -1090,7 +1091,7 @@ def test_friction_that_joins_velocities_is_seen_of_at_most_500(count, said):
     friction[0, 1] = friction[1, 0] = -499.99
     langevin = mm.Langevin(model, kT=1.0, friction=friction, splitting="o-step-o")
     found = unsettled(
-        model, mujoco.MjData(model), langevin._friction, langevin._scheme, None, 1.0,
+        model, mujoco.MjData(model), read_friction(model, friction), langevin._scheme, None, 1.0,
         Sampling(10, 1, 10, 1),
     )  # fmt: skip
     assert re.match(said, found)
@@ -1116,7 +1117,7 @@ def test_forces_that_couple_what_is_not_damped_let_it_relax(gravity, said):
     </mujoco>""")
     langevin = mm.Langevin(model, kT=1.0)
     found = unsettled(
-        model, mujoco.MjData(model), langevin._friction, langevin._scheme, langevin.forces,
+        model, mujoco.MjData(model), model_friction(model), langevin._scheme, langevin.forces,
         1.0, Sampling(0, 1, 2_000_000, 1),
     )  # fmt: skip
     assert re.match(said, found)

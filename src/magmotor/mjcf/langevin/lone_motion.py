@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from magmotor.common.arrays import Array, Integers
 from magmotor.mjcf import memory
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.langevin.free_motion import move, update_kinematics
 from magmotor.mjcf.langevin.friction_and_noise import standard_normal
 from magmotor.mjcf.langevin.lone_model import Ball, LoneModel, read_lone_bodies
@@ -41,6 +42,8 @@ class LoneBodies(NamedTuple):
 
     masses: Array
     """Inertia of each velocity, shape (n,)."""
+    kick: Array
+    """Half a timestep, for which each part B acts, over the inertia."""
     wrenches: Array
     """Same as in `LoneModel`, but zero for ball joints, shape (n, 6)."""
     starts: Integers
@@ -57,7 +60,7 @@ class LoneBodies(NamedTuple):
     """Same as in `Tree`, like `weights` and `own_wrenches`."""
     weights: Array
     forces: int
-    """Bits of all that acts; for noise, wrenches of an earlier step by MuJoCo are removed."""
+    """Bits of all that acts, with noise."""
     own_wrenches: bool
 
 
@@ -88,6 +91,7 @@ def lone_bodies(model: mujoco.MjModel) -> LoneBodies:
     balls = [(*ball[:4], ball.isotropic, *_twist_axes(ball)) for ball in read.balls]
     return LoneBodies(
         read.masses,
+        0.5 * model.opt.timestep / read.masses,
         wrenches,
         matrix.indptr.astype(np.int64),
         matrix.indices.astype(np.int64),
@@ -145,20 +149,25 @@ def _twist_axes(ball: Ball) -> tuple[int, int, int]:
 
 
 @subroutine(forceinline=True)
-def compute_lone_forces(model, data, offsets, lone, room):
-    """Update the frames, and compute the generalized forces at the current position."""
+def compute_lone_forces(model, data, offsets, lone, room, begun):
+    """Update the frames, and compute the generalized forces at the current position.
+
+    Unless the steps have `begun`, the wrenches of noise in an earlier step by MuJoCo are removed.
+    """
     force, wrenches = room.force, room.wrenches
     update_kinematics(model, data)
     d = memory.words(data, memory.UNBOUNDED)
     for i in range(len(force)):
         force[i] = 0.0
-    apply_own_forces(model, data, offsets, lone, wrenches, force)
+    kinds = lone.forces & ~NOISE if begun else lone.forces
+    apply_own_forces(model, data, offsets, lone, kinds, wrenches, force)
     xfrc = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     applied = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)[0]
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)
     for body in range(1, len(lone.weights)):
-        for k in range(6):
-            wrenches[body, k] += xfrc[body, k] + (lone.weights[body, k] if k < 3 else 0.0)
+        for k in range(3):
+            wrenches[body, k] += xfrc[body, k] + lone.weights[body, k]
+            wrenches[body, 3 + k] += xfrc[body, 3 + k]
     for i in range(len(force)):
         force[i] += applied[i]
         for k in range(6):
@@ -175,7 +184,7 @@ def kick_lone_bodies(qvel, lone, time, force, exchanged):
     """B: apply the force for a time, and book its work."""
     work = 0.0
     for i in range(len(qvel)):
-        change = time / lone.masses[i] * force[i]
+        change = lone.kick[i] * force[i]
         work += time * force[i] * (qvel[i] + 0.5 * change)
         qvel[i] += change
     exchanged[-1] += work

@@ -90,7 +90,7 @@ def add_own_forces(model, data, offsets, tree, wrenches, generalized):
 
     See `apply_own_forces` for where dipoles write.
     """
-    apply_own_forces(model, data, offsets, tree, wrenches, generalized)
+    apply_own_forces(model, data, offsets, tree, tree.forces, wrenches, generalized)
     if tree.own_wrenches:
         d = memory.words(data, memory.UNBOUNDED)
         _shift_wrenches(d, offsets, tree, wrenches)
@@ -98,18 +98,20 @@ def add_own_forces(model, data, offsets, tree, wrenches, generalized):
 
 
 @subroutine(forceinline=True)
-def apply_own_forces(model, data, offsets, tree, wrenches, generalized):
+def apply_own_forces(model, data, offsets, tree, kinds, wrenches, generalized):
     """Add the generalized forces of potentials, and the wrenches of dipoles to those of bodies.
 
-    The dipoles write their wrenches to `xfrc_applied`, or, if the model has the plugin, to the
-    scratch memory `wrenches` (nbody, 6).
+    `kinds` are the bits of those that act. The dipoles write their wrenches to `xfrc_applied`, or,
+    if the model has the plugin, to the scratch memory `wrenches` (nbody, 6).
     """
     d = memory.words(data, memory.UNBOUNDED)
-    wrenches[:] = 0.0
+    for body in range(len(tree.weights)):
+        for k in range(6):
+            wrenches[body, k] = 0.0
     xfrc = memory.numbers(d[offsets.xfrc_applied // 8], len(tree.weights), 6)
     applied = wrenches if tree.own_wrenches else xfrc
     place, own, table = memory.error_on_stack(), applied.ctypes.data, table_of(model, False)
-    apply_forces(model, data, table, tree.forces, own, generalized.ctypes.data, False, place)
+    apply_forces(model, data, table, kinds, own, generalized.ctypes.data, False, place)
     report(memory.words(place, WORDS), model, data)
 
 

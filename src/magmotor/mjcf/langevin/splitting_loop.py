@@ -142,7 +142,7 @@ def _advance(checksum: int, offsets: layout.Layout, lone: bool):
                         move_lone_bodies(model, qpos, qvel, tree, span)
                     elif code == B:
                         if stale or parts[part, 2] > 0.0:
-                            compute_lone_forces(model, data, offsets, tree, room)
+                            compute_lone_forces(model, data, offsets, tree, room, not stale)
                             stale = False
                         kick_lone_bodies(qvel, tree, span, room.force, room.exchanged)
                     else:
