@@ -69,7 +69,7 @@ def own_model() -> Result:
     model = mujoco.MjModel.from_xml_string(MODEL)
     model.opt.timestep = 0.01
     data = mujoco.MjData(model)
-    mm.Baoab(model).step(data, 300)
+    mm.Langevin(model).step(data, 300)
     return np.concatenate([data.qpos, data.qvel])
 
 

@@ -149,8 +149,8 @@ def others() -> Iterator[tuple[str, str]]:
     model.opt.timestep = timestep
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
-    mm.Baoab(model).step(data, nstep=100)
-    yield "Baoab", digest(data.qpos, data.qvel, data.xfrc_applied)
+    mm.Langevin(model).step(data, nstep=100)
+    yield "Langevin", digest(data.qpos, data.qvel, data.xfrc_applied)
 
 
 def sweeps() -> Iterator[tuple[str, str]]:

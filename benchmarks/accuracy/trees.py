@@ -16,7 +16,7 @@ from benchmarks.harness.records import Case, Record
 from benchmarks.harness.tables import table
 from magmotor.common.arrays import Array
 from magmotor.mjcf.boltzmann.potential import potential_energy
-from magmotor.mjcf.langevin.langevin import LangevinDiverged
+from magmotor.mjcf.langevin.samples import LangevinDiverged
 from magmotor.numerics.batch_means import mean_and_error
 
 REPLICAS = 32

@@ -105,7 +105,7 @@ def _part(name: str, turns: int) -> Record:
 def _stepper(model: mujoco.MjModel) -> Callable[[], float]:
     """Return a function that measures a step of BAOAB."""
     model.opt.timestep = TIMESTEP
-    langevin, data = mm.Baoab(model), mujoco.MjData(model)
+    langevin, data = mm.Langevin(model), mujoco.MjData(model)
 
     def seconds() -> float:
         mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -153,7 +153,7 @@ def path(model: mujoco.MjModel) -> Array:
     Raises ArithmeticError if the ring tips over.
     """
     model.opt.timestep = TIMESTEP
-    langevin, data = mm.Baoab(model), mujoco.MjData(model)
+    langevin, data = mm.Langevin(model), mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     data.userdata[0] = SEED
     positions = []

@@ -55,7 +55,7 @@ def _steppers(scene, timestep: float):
     """Return functions that measure a step by BAOAB and by Euler."""
     model = mm.build(scene)
     model.opt.timestep = timestep
-    langevin = mm.Baoab(model)
+    langevin = mm.Langevin(model)
     steps = (langevin.step, partial(mujoco.mj_step, model))
     return [partial(_seconds_a_step, model, mujoco.MjData(model), step) for step in steps]
 

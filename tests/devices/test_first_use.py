@@ -11,7 +11,7 @@ from brief_runs import BRIEF
 import magmotor as mm
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk.ensemble import run as ensembles
-from magmotor.mjcf.langevin import baoab, langevin
+from magmotor.mjcf.langevin import langevin
 from magmotor.numerics.compilation_notice import compile_here
 
 MODEL = """
@@ -31,7 +31,7 @@ def sample():
 def rollout():
     model = mujoco.MjModel.from_xml_string(MODEL.format(0))
     data, start = [mujoco.MjData(model), mujoco.MjData(model)], np.zeros((2, 3))
-    mm.Baoab(model).rollout(data, start, None, control_spec=0, nstep=2)
+    mm.Langevin(model).rollout(data, start, None, control_spec=0, nstep=2)
 
 
 def several_motors():
@@ -48,7 +48,12 @@ def ensemble():
 @BRIEF
 @pytest.mark.parametrize(
     ("module", "run"),
-    [(langevin, sample), (baoab, rollout), (rigid_kernel, several_motors), (ensembles, ensemble)],
+    [
+        (langevin, sample),
+        (langevin, rollout),
+        (rigid_kernel, several_motors),
+        (ensembles, ensemble),
+    ],
 )
 def test_threads_compile_nothing(module, run, monkeypatch):
     known = {}

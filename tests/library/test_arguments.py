@@ -196,7 +196,6 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.read_scene: {"path": "scene.toml"},
     mm.write_scene: {"scene": TOP, "path": "scene.toml"},
     mm.to_table: {"data": RUNS["disk"], "rows": ["time"]},
-    mm.Baoab: {"model": MODEL},
     mm.Langevin: {
         "model": PENDULUM, "kT": 1.0, "splitting": "baoab", "friction": 1.0, "disable": ["limit"],
         "seed": 1, "path": mm.noise.BrownianPath(1, 0.002),

@@ -305,7 +305,7 @@ def test_a_long_name_does_not_hide_an_error(letter):
     with mm.magnetism(), pytest.raises(mujoco.FatalError, match=message):
         mujoco.mj_forward(model, data)
     with pytest.raises(ValueError, match=message):
-        mm.Baoab(model)
+        mm.Langevin(model)
     with pytest.raises(ValueError, match="its only user number"):
         compiled(text.replace('user="1e-3"', 'user="inf"'), "plugin", "Euler")
 
@@ -316,14 +316,14 @@ def test_baoab_names_a_memory_that_is_too_small():
 <mujoco><size memory="1K"/><worldbody>{sites}<body pos="0 1 0">
 <joint type="slide"/><geom size="0.1"/><site user="1"/></body></worldbody></mujoco>""")
     with pytest.raises(mujoco.FatalError, match="increase <size memory>"):
-        mm.Baoab(model).step(mujoco.MjData(model))
+        mm.Langevin(model).step(mujoco.MjData(model))
 
 
 def test_a_rollout_by_baoab_takes_each_mjdata_once():
     model = compiled(SLIDER, "callback", "Euler")
     data, start = mujoco.MjData(model), np.zeros((2, 3))
     with pytest.raises(ValueError, match="must not contain one mjData twice"):
-        mm.Baoab(model).rollout([data, data], start, None, control_spec=0, nstep=1)
+        mm.Langevin(model).rollout([data, data], start, None, control_spec=0, nstep=1)
 
 
 FORK = """

@@ -12,8 +12,8 @@ import magmotor as mm
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (mm.Baoab, "model = .*: must be an instance of mujoco.MjModel"),
-        (mm.Baoab(mm.build(mm.Disk())).step, "data = .*: must be an instance of mujoco.MjData"),
+        (mm.Langevin, "model = .*: must be an instance of mujoco.MjModel"),
+        (mm.Langevin(mm.build(mm.Disk())).step, "data = .*: must be an instance of mujoco.MjData"),
         (mm.scene_of, "run = .*: must be an instance of xarray.Dataset"),
         (mm.rerun, "run = .*: must be an instance of xarray.Dataset"),
         (
@@ -34,7 +34,7 @@ def test_a_message_shows_a_plain_number():
         "</mujoco>"
     )
     with pytest.raises(ValueError, match=r"inertia between .* = 1\.41\d*: must be zero"):
-        mm.Baoab(model)
+        mm.Langevin(model)
 
 
 def test_a_scene_for_a_model_and_a_model_for_a_scene_are_told_where_to_go():

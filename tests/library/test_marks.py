@@ -92,7 +92,7 @@ def test_each_word_lets_only_its_forces_act(hook, words, expected):
 def test_baoab_and_the_energy_follow_the_mark(words, expected):
     model = separate(TEXT.format(words))
     data = mujoco.MjData(model)
-    mm.Baoab(model).step(data)
+    mm.Langevin(model).step(data)
     assert ((data.qvel != 0) == np.array(expected)).all()
     assert (mm.magnetic_energy(model, data) != 0) == expected[0]
     assert mm.field(model, data, [0, 0, 1]).any() == expected[0]
@@ -126,7 +126,7 @@ def test_a_text_that_names_nothing_known_is_an_error(words, message):
             with pytest.raises(mujoco.FatalError, match=re.escape(message)):
                 call(model, data)
     with pytest.raises(ValueError, match=re.escape(message)):
-        mm.Baoab(model)
+        mm.Langevin(model)
     assert data.pstack == 0
     with pytest.raises(ValueError, match=re.escape(message)):
         separate(TEXT.format(words), '<instance name="magnets"/>')
@@ -251,7 +251,7 @@ def test_baoab_leaves_foreign_numbers_alone():
         '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>'
     )
     data = mujoco.MjData(model)
-    mm.Baoab(model).step(data, 20)
+    mm.Langevin(model).step(data, 20)
     assert data.qvel == 0
     marked = foreign(
         '<body name="hand" user="1 2 3 4 5 6"><joint axis="0 1 0" user="1123 0"/>'
@@ -259,7 +259,7 @@ def test_baoab_leaves_foreign_numbers_alone():
         TEXT.format("noise"),
     )
     data = mujoco.MjData(marked)
-    mm.Baoab(marked).step(data, 20)
+    mm.Langevin(marked).step(data, 20)
     assert data.qvel != 0
 
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -21,7 +22,7 @@ from scipy.spatial.transform import Rotation
 import magmotor as mm
 from magmotor import noise, theory
 from magmotor.common.environment import data_folder
-from magmotor.mjcf.langevin import thermostat
+from magmotor.mjcf.langevin import in_pieces
 
 BOTH = ("mujoco/baoab", "variational/baoab")
 
@@ -174,7 +175,7 @@ def test_a_users_model_has_its_temperature():
     model = mujoco.MjModel.from_xml_string(WARM_BODIES)
     data = mujoco.MjData(model)
     data.userdata[0] = 7
-    langevin = mm.Baoab(model)
+    langevin = mm.Langevin(model)
     langevin.step(data, 2000)
     samples = []
     for _ in range(40_000):
@@ -198,7 +199,7 @@ def test_bodies_that_differ_in_attitude_follow_one_path():
     for xml in (text, turned):
         model = mujoco.MjModel.from_xml_string(xml)
         data = mujoco.MjData(model)
-        mm.Baoab(model).step(data, 500)
+        mm.Langevin(model).step(data, 500)
         spins.append(data.body("ring").xmat.reshape(3, 3) @ data.joint(3).qvel)
     assert np.abs(spins[0] - spins[1]).max() < 1e-14 * np.abs(spins[0]).max()  # measured: 5e-16
 
@@ -241,7 +242,7 @@ def test_a_free_symmetric_body_moves_exactly(moments):
     model, data = tumbler(moments, timestep=3.0)
     exact, before = exact_tumble(model, data, 30.0), angular_momentum(model, data)
     energy = model.body_inertia[1] @ data.qvel**2
-    langevin = mm.Baoab(model)
+    langevin = mm.Langevin(model)
     langevin.step(data, 10)
     found = np.concatenate([data.qpos, data.qvel])
     assert np.abs(found - exact).max() < 1e-11  # measured: 6e-13
@@ -256,7 +257,7 @@ def test_a_free_asymmetric_body_keeps_its_momentum_and_converges_at_second_order
     for n in steps:
         model, data = tumbler("0.7 1 1.4", timestep=10 / n)
         exact, before = exact_tumble(model, data, 10.0), angular_momentum(model, data)
-        mm.Baoab(model).step(data, n)
+        mm.Langevin(model).step(data, n)
         errors.append(np.abs(np.concatenate([data.qpos, data.qvel]) - exact).max())
         assert np.abs(angular_momentum(model, data) - before).max() < 5e-13  # measured: 2.6e-14
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
@@ -271,7 +272,7 @@ def test_constant_forces_are_exact():
     )
     data = mujoco.MjData(model)
     data.qfrc_applied[0], data.xfrc_applied[1, 1], data.xfrc_applied[1, 3] = 3.0, 5.0, 0.1
-    mm.Baoab(model).step(data, 20)
+    mm.Langevin(model).step(data, 20)
     np.testing.assert_allclose(data.qpos[:3], 50 * np.array([1.5, 2.5, -9.81]), rtol=1e-15)  # 0
     assert data.qvel[3] == pytest.approx(1.0, rel=1e-15, abs=0)  # 0
     np.testing.assert_allclose(data.xpos[1], data.qpos[:3], rtol=0, atol=0)  # 0
@@ -293,7 +294,7 @@ def end(data):
 def test_neither_calls_nor_threads_nor_a_block_of_magnetism_change_a_bit():
     model, data = driven(noise.BrownianPath(4, 0.01))
     fresh = copy.copy(data)
-    langevin = mm.Baoab(model)
+    langevin = mm.Langevin(model)
     langevin.step(data, 300)
     ends = []
     for pieces in ((151, 148, 1), (300,)):
@@ -330,10 +331,10 @@ def test_checks_for_ctrl_c_change_no_bit(start, monkeypatch):
     """A timestep of 0.09375 s at a time where consecutive doubles are 1/64 s apart."""
     model, data = driven(noise.BrownianPath(4, 0.1))
     data.time = start
-    langevin, ends = mm.Baoab(model), []
+    langevin, ends = mm.Langevin(model), []
     for first in (10**6, 1):
-        monkeypatch.setattr(thermostat, "FIRST_STEPS", first)
-        monkeypatch.setattr(thermostat, "SECONDS_BETWEEN_CHECKS", 0.0)
+        monkeypatch.setattr(in_pieces, "FIRST_STEPS", first)
+        monkeypatch.setattr(in_pieces, "SECONDS_BETWEEN_CHECKS", 0.0)
         other = copy.copy(data)
         langevin.step(other, 300)
         ends.append(end(other))
@@ -343,14 +344,14 @@ def test_checks_for_ctrl_c_change_no_bit(start, monkeypatch):
 
 def test_ctrl_c_interrupts_stepping():
     model, data = driven(noise.BrownianPath(4, 0.01))
-    langevin = mm.Baoab(model)
+    langevin = mm.Langevin(model)
     ctrl_c = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
     ctrl_c.start()
     with pytest.raises(KeyboardInterrupt):
         langevin.step(data, 2**53 - 1)
     ctrl_c.join()
     whole = driven(noise.BrownianPath(4, 0.01))[1]
-    mm.Baoab(whole.model).step(whole, round(data.time / 0.01))
+    mm.Langevin(whole.model).step(whole, round(data.time / 0.01))
     np.testing.assert_array_equal(end(whole), end(data))
 
 
@@ -359,7 +360,7 @@ def test_userdata_selects_the_path(view):
     path = noise.BrownianPath(4, 0.01)
     path = path.coarsened(3) if view == "coarsened" else path.refined(1)
     model, data = driven(path)
-    mm.Baoab(model).step(data, 100)
+    mm.Langevin(model).step(data, 100)
     run = mm.simulate(
         mm.Disk(), method="mujoco/baoab", timestep=path.timestep, duration=100 * path.timestep,
         replicas=2, path=path,
@@ -391,7 +392,7 @@ def test_noise_is_that_of_the_package_to_the_bit():
         <body user="0 0 0 0 0 0  1 0 0 0 0 0"><joint type="slide" axis="1 0 0"/>
         <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
     )
-    langevin = mm.Baoab(model)
+    langevin = mm.Langevin(model)
     for first in (0, 5):
         data = mujoco.MjData(model)
         data.userdata[:] = 3, 2, 1, 0, first
@@ -406,6 +407,95 @@ def test_noise_is_that_of_the_package_to_the_bit():
         assert data.qvel[0] == pytest.approx(rises.sum(), rel=1e-15, abs=0)  # 0, or rounding
 
 
+def kinetic_energy(model, data):
+    mujoco.mj_fwdPosition(model, data)
+    momentum = np.empty(model.nv)
+    mujoco.mj_mulM(model, data, momentum, data.qvel)
+    return momentum @ data.qvel / 2
+
+
+def test_the_heat_is_that_which_the_motor_sums_up_itself():
+    """What the noise gives less what friction takes, from the exact part O of ball and ring."""
+    scene, h, steps = mm.Motor(), 0.05, 1000
+    run = mm.simulate(scene, method="mujoco/baoab", timestep=h, duration=steps * h, seed=5)
+    model = mm.build(scene)
+    model.opt.timestep = h
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.userdata[0] = 5
+    before = kinetic_energy(model, data)
+    found = mm.Langevin(model).step(data, steps)
+    np.testing.assert_array_equal(data.qvel[:2], run.velocity.values[-1, :2])
+    given = float(run.work[-1] - run.heat[-1])
+    assert found["noise"] == pytest.approx(given, rel=1e-12, abs=0)  # 3.3e-14
+    gained = kinetic_energy(model, data) - before
+    assert found["noise"] + found["work"] == pytest.approx(gained, rel=1e-13, abs=0)  # 5e-15
+
+
+def test_a_sample_without_kT_follows_the_replicas_of_the_models_noise():
+    model, data = driven(noise.BrownianPath(4, 0.01))
+    langevin = mm.Langevin(model)
+    run = langevin.sample(1.0, replicas=3, record_interval=25, initial=data)
+    assert run.bath.values.tolist() == ["noise"]
+    for replica in range(3):
+        data.time, data.qpos[:], data.qvel[:], data.userdata[1] = 0.0, 0.0, 0.0, 1 + replica
+        exchanged = langevin.step(data, 100)
+        np.testing.assert_array_equal(run.qpos[replica, -1], data.qpos)
+        np.testing.assert_array_equal(run.qvel[replica, -1], data.qvel)
+        assert float(run.heat[replica, -1, 0]) == exchanged["noise"]
+    assert len(np.unique(run.qpos[:, -1, 0])) == 3
+
+
+def test_the_wrench_of_a_step_by_mujoco_does_not_stay():
+    """A block of `magnetism` leaves the noise of its last step in `xfrc_applied`."""
+    model, data = driven(noise.BrownianPath(4, 0.01))
+    with mm.magnetism():
+        mujoco.mj_step(model, data)
+    assert data.xfrc_applied[1].any()
+    clean = copy.copy(data)
+    clean.xfrc_applied[:] = 0.0
+    langevin = mm.Langevin(model)
+    for used in (data, clean):
+        langevin.step(used, 20)
+    np.testing.assert_array_equal(end(data), end(clean))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"splitting": "obabo"}, "splitting = 'obabo'"),
+        ({"friction": 1.0}, "friction = 1.0"),
+        ({"seed": 3}, "seed = 3"),
+        ({"path": noise.BrownianPath(1, 0.002)}, "path = "),
+    ],
+    ids=lambda given: next(iter(given)) if isinstance(given, dict) else None,
+)
+def test_what_belongs_to_a_temperature_is_refused_without_one(given, message):
+    model = mujoco.MjModel.from_xml_string(MODEL)
+    with pytest.raises(mm.ArgumentError, match=f"^{message}.*: needs kT"):
+        mm.Langevin(model, **given)
+
+
+def test_parts_are_not_looked_at_alone_without_kT():
+    model = mujoco.MjModel.from_xml_string(MODEL)
+    langevin, data = mm.Langevin(model), mujoco.MjData(model)
+    for call in (langevin.forces, langevin.largest_timestep):
+        with pytest.raises(mm.ArgumentError, match=r"^kT = None: must be given"):
+            call(data)
+
+
+def test_a_refusal_names_the_flag_that_helps():
+    text = MODEL.replace("</mujoco>", '<equality><joint joint1="x"/></equality></mujoco>')
+    model = mujoco.MjModel.from_xml_string(text)
+    with pytest.raises(mm.InputError, match=r"disable=\['equality'\] lets Langevin ignore this"):
+        mm.Langevin(model)
+    mm.Langevin(model, disable=["equality"])
+    with pytest.raises(mm.InputError, match=r"\(with kT, Langevin takes other bodies, too"):
+        mm.Langevin(
+            mujoco.MjModel.from_xml_string(MODEL.replace("<option", '<option viscosity="1"'))
+        )
+
+
 @pytest.mark.parametrize("scene", [mm.Disk(), mm.Disk(surface="plane"), mm.Top(), mm.Motor()])
 def test_the_decorated_model_moves_as_the_plain_one(scene):
     ends = []
@@ -414,7 +504,7 @@ def test_the_decorated_model_moves_as_the_plain_one(scene):
         model.opt.timestep = 0.01
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, 0)
-        mm.Baoab(model).step(data, 500)
+        mm.Langevin(model).step(data, 500)
         ends.append(end(data))
     np.testing.assert_allclose(ends[1], ends[0], rtol=1e-15)  # 0
 
@@ -471,7 +561,7 @@ REFUSED = [
     (
         "</tendon>",
         '<spatial name="wire" damping="1"><site site="a"/><site site="b"/></spatial></tendon>',
-        r"tendon 'wire': damping = 1.0: must be zero unless the tendon is a fixed one",
+        r"tendon 'wire': damping = 1.0: must be zero without kT, unless the tendon is a fixed",
     ),
     (
         '<geom name="head"/>',
@@ -529,7 +619,7 @@ REFUSED = [
         "1 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
         r"body 'top': user = .* Brownian torques must be three rows of equal",
     ),
-    ("1e6 1e6 0", "1 1 0", r"pair 'slip': friction = 1.0: must be 1e\+06: only viscous contacts"),
+    ("1e6 1e6 0", "1 1 0", r"contact of pair 'slip' = 'not viscous': must be a viscous one"),
     ('condim="3"', 'condim="4"', r"contact of geom 'floor' and geom 'rim' = 'condim 4"),
     ('cone="elliptic"', 'cone="pyramidal"', r"must have condim 3, .* an elliptic cone"),
     ('"0 -1e12"', '"-1 -1e12"', r"solreffriction \[-1.0, .* must have condim 3"),
@@ -562,7 +652,7 @@ REFUSED = [
     (
         'contype="0" conaffinity="0"',
         'contype="1" conaffinity="1"',
-        r"geom 'floor' and geom 'rim': contype = \[1, 1\]: contype and conaffinity must be zero",
+        r"contact of geom 'floor' and geom 'head' = 'not viscous': must be .*disable=\['contact'\]",
     ),
 ]
 
@@ -570,7 +660,7 @@ REFUSED = [
 def test_the_model_without_unsupported_elements_is_accepted():
     model = mujoco.MjModel.from_xml_string(MODEL)
     data = mujoco.MjData(model)
-    mm.Baoab(model).step(data, 10)
+    mm.Langevin(model).step(data, 10)
     assert np.isfinite(data.qpos).all()
 
 
@@ -581,7 +671,7 @@ def test_an_unsupported_element_is_named(old, new, match):
     text = MODEL.replace(old, new).replace("<worldbody>", f"<worldbody>{sites}")
     model = mujoco.MjModel.from_xml_string(text)
     with pytest.raises(ValueError, match=match):
-        mm.Baoab(model)
+        mm.Langevin(model)
 
 
 TWO_NEEDLES = """
@@ -599,7 +689,7 @@ TWO_NEEDLES = """
 
 def test_mujocos_errors_are_raised_and_do_not_end_the_process():
     model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
-    langevin = mm.Baoab(model)
+    langevin = mm.Langevin(model)
     for _ in range(2):
         with pytest.raises(mujoco.FatalError, match=r"'south' and 0 'north' coincide"):
             langevin.step(mujoco.MjData(model), 5)
@@ -614,18 +704,18 @@ def test_a_state_that_is_not_finite_is_reported():
     data = mujoco.MjData(model)
     data.qpos[0], data.qvel[0] = 0.5, np.inf
     with pytest.raises(FloatingPointError, match=r"lost at t = 0.002"):
-        mm.Baoab(model).step(data, 5)
+        mm.Langevin(model).step(data, 5)
     model, data = driven(noise.BrownianPath(1, 0.01))
     start = np.array([[0.0, 0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, np.nan, 1.0]])
-    paths = mm.Baoab(model).rollout([data], start, None, control_spec=0, nstep=5)
+    paths = mm.Langevin(model).rollout([data], start, None, control_spec=0, nstep=5)
     assert np.isfinite(paths[0]).all()
     assert np.isnan(paths[1, 1:]).all()
 
 
 def test_what_is_stepped_is_what_was_read():
     model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
-    langevin = mm.Baoab(model)
-    with pytest.raises(ValueError, match=r"data.model = .* must be the model of this Baoab"):
+    langevin = mm.Langevin(model)
+    with pytest.raises(ValueError, match=r"data.model = .* must be the model of this Langevin"):
         langevin.step(mujoco.MjData(mujoco.MjModel.from_xml_string(TWO_NEEDLES)))
     with pytest.raises(ValueError, match=r"nstep = 1.5: must be an integer"):
         langevin.step(mujoco.MjData(model), 1.5)  # pyright: ignore[reportArgumentType]
@@ -651,7 +741,7 @@ def test_a_rollout_is_of_this_model(change, message):
     model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
     given = {"data": [mujoco.MjData(model)], "initial_state": np.zeros((2, 5)), "control": None}
     with pytest.raises(ValueError, match=f"^{message}"):
-        mm.Baoab(model).rollout(**given | {"control_spec": 0, "nstep": 1} | change)
+        mm.Langevin(model).rollout(**given | {"control_spec": 0, "nstep": 1} | change)
 
 
 @pytest.mark.parametrize(
@@ -669,17 +759,17 @@ def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
     else:
         getattr(model, name)[:] = value
     with pytest.raises(ValueError, match=f"^{message}"):
-        mm.Baoab(model)
+        mm.Langevin(model)
 
 
 def test_another_process_compiles_nothing():
     program = (
-        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin.compiled_loop import compiled;"
-        " model = mm.build(mm.Disk()); mm.Baoab(model).step(mujoco.MjData(model));"
-        " print(sum(compiled().stats.cache_misses.values()))"
+        "import mujoco, magmotor as mm; from magmotor.mjcf.langevin.splitting_loop import compiled;"
+        " model = mm.build(mm.Disk()); mm.Langevin(model).step(mujoco.MjData(model));"
+        " print(sum(compiled(lone=True).stats.cache_misses.values()))"
     )
     model, data = driven(noise.BrownianPath(1, 0.01))
-    mm.Baoab(model).step(data)
+    mm.Langevin(model).step(data)
     command = [sys.executable, "-c", program]
     second = subprocess.run(command, capture_output=True, text=True, check=True)
     assert second.stdout.split()[-1] == "0"
@@ -687,18 +777,18 @@ def test_another_process_compiles_nothing():
 
 @pytest.mark.parametrize("scene", ["top", "motor", "disk"])
 def test_a_model_with_the_plugin_has_no_second_forces(scene):
-    """Baoab applies the forces itself, whichever hook they have elsewhere."""
+    """Langevin applies the forces itself, whichever hook they have elsewhere."""
     states = []
     for name in (scene, f"{scene}_magnetic"):
         model = mujoco.MjModel.from_xml_path(str(data_folder("models") / f"{name}.xml"))
         data = mujoco.MjData(model)
-        mm.Baoab(model).step(data, nstep=1000)
+        mm.Langevin(model).step(data, nstep=1000)
         states.append(np.concatenate([data.qpos, data.qvel]))
     assert abs(states[0][: model.nq] - model.qpos0).max() > 1e-3
     np.testing.assert_array_equal(*states)
 
 
-@pytest.mark.parametrize("langevin", [mm.Baoab, lambda model: mm.Langevin(model, 1e-9, friction=1)])
+@pytest.mark.parametrize("langevin", [mm.Langevin, partial(mm.Langevin, kT=1e-9, friction=1)])
 def test_what_a_thermostat_leaves_in_xfrc_applied_is_not_taken_for_the_users(langevin):
     """By a block afterwards, whose warning would be an error."""
     start, end = NEEDLE.index("<extension>"), NEEDLE.index("</extension>")

@@ -101,7 +101,7 @@ def test_noise_repeats_when_the_timestep_is_doubled_midway():
     ],
 )  # fmt: skip
 def test_invalid_userdata_is_named(place, value):
-    """Also by `Baoab`, whose loop must survive the later steps."""
+    """Also by `Langevin`, whose loop must survive the later steps."""
     model = needle(5)
     data = mujoco.MjData(model)
     data.userdata[place] = value
@@ -109,7 +109,7 @@ def test_invalid_userdata_is_named(place, value):
     with mm.magnetism(), pytest.raises(mujoco.FatalError, match=named.replace("+", r"\+")):
         mujoco.mj_step(model, data)
     with pytest.raises(mujoco.FatalError, match=named.replace("+", r"\+")):
-        mm.Baoab(model).step(data, nstep=3)
+        mm.Langevin(model).step(data, nstep=3)
 
 
 def test_userdata_of_a_model_without_noise_are_the_users_own():

@@ -183,7 +183,7 @@ def test_baoab_conserves_energy_at_second_order():
         model.opt.timestep = 4.0 / n
         data = mujoco.MjData(model)
         data.qvel[:] = 0.3, 0.4, 0.5
-        langevin, energies = mm.Baoab(model), []
+        langevin, energies = mm.Langevin(model), []
         for _ in range(n):
             langevin.step(data)
             kinetic = 0.5 * data.qvel**2 @ model.dof_M0

@@ -27,7 +27,7 @@ from magmotor import live  # noqa: F401
 from magmotor.device import checkpoint
 from magmotor.devices.top.states import BallStates
 from magmotor.live.panel import Panel
-from magmotor.mjcf.langevin.thermostat import ALL_OF_STATE  # noqa: F401
+from magmotor.mjcf.langevin.langevin import ALL_OF_STATE  # noqa: F401
 from magmotor.numerics import linear_stability as linear  # noqa: F401
 
 SHORT: dict[str, dict[str, Any]] = {

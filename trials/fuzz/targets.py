@@ -76,7 +76,7 @@ def targets() -> list[Target]:
             elif callable(value) and not isinstance(value, CPUDispatcher):
                 found[full] = of_function(full, value)
     data = Parameter("data", mujoco.MjData, None, "", None)
-    acted = (*found["mm.Baoab"].parameters, data)  # on the data stepped inside the block
+    acted = (found["mm.Langevin"].parameters[0], data)  # on the data stepped inside the block
     found["mm.magnetism"] = found["mm.magnetism"]._replace(parameters=acted)
     return [found[name] for name in sorted(found)]
 

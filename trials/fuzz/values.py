@@ -57,7 +57,7 @@ def kinds(parameters: tuple[Parameter, ...], owner: Any) -> list[str]:
     ):
         return [*TREES]
     taken = [p.hint for p in parameters if p.name in ("scene", "scenes")]
-    if owner is not None and not taken and owner is not mm.Baoab:
+    if owner is not None and not taken:
         hints = typing.get_type_hints(owner.__init__) or typing.get_type_hints(owner)
         taken = [hints.get("scene")]
     names = [c.__name__ for hint in taken for c in classes(hint) if c.__name__ in SCENES]

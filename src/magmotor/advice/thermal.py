@@ -15,7 +15,8 @@ from magmotor.advice.paths import STATE, OutOfTime, Runs, quiet
 from magmotor.advice.statistics_errors import FINE, REPLICAS, Ensemble, errors
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.langevin import Langevin, LangevinDiverged
+from magmotor.mjcf.langevin.langevin import Langevin
+from magmotor.mjcf.langevin.samples import LangevinDiverged
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import LANGEVIN
 

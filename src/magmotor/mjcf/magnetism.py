@@ -144,7 +144,7 @@ def magnetism() -> "Block":
     kT = alpha^2/(2c). With `mj_step`, it is kT/(1 + lambda h/2) where MuJoCo's damping is implicit:
     joints in Euler and implicitfast, tendons in implicitfast. It is kT/(1 - lambda h/2), for
     lambda h < 2, for viscous contacts, and for tendons in Euler. With RK4 it is about
-    kT (1 - (lambda h)^2/12), for lambda h < 2.785. `Baoab` gives kT for any lambda h.
+    kT (1 - (lambda h)^2/12), for lambda h < 2.785. `Langevin` gives kT for any lambda h.
 
     The flag `actuation` must not be disabled, since MuJoCo would then skip the callback.
 

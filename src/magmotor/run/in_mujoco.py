@@ -18,7 +18,7 @@ from magmotor.device.engine import MujocoAdapter
 from magmotor.device.job import CHUNK, Job
 from magmotor.mjcf import parts
 from magmotor.mjcf.hooks import without_stopwatch
-from magmotor.mjcf.langevin.baoab import Baoab, record_exchange
+from magmotor.mjcf.langevin.langevin import Langevin, record_exchange
 from magmotor.mjcf.magnetism import magnetism
 from magmotor.mjcf.messages import raise_recorded, silence
 from magmotor.mjcf.sentences import OF_RUNS
@@ -40,7 +40,7 @@ def run(job: Job) -> Generator[tuple[Any, Array]]:
     model = build(job.scene)
     model.opt.timestep = job.timestep
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # it would hide divergence
-    splitting = Baoab(model) if job.scheme == "baoab" else None
+    splitting = Langevin(model) if job.scheme == "baoab" else None
     if splitting is None:
         model.opt.integrator = INTEGRATORS[job.scheme]
     else:

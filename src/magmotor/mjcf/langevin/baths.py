@@ -12,8 +12,7 @@ from scipy.linalg import eigh
 from magmotor.common.arrays import Array, Integers
 from magmotor.common.checks import check_array, check_number
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.friction import Friction, friction_matrix
-from magmotor.mjcf.langevin.model import inertia_matrix
+from magmotor.mjcf.langevin.friction import Friction, friction_matrix, inertia_matrix
 from magmotor.mjcf.langevin.tree import Dampers
 from magmotor.mjcf.lookup import label, number_of
 

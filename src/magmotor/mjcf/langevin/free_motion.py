@@ -43,7 +43,7 @@ FUNCTIONS = {
 """Functions of MuJoCo that this module calls."""
 
 (
-    _update_kinematics,
+    update_kinematics,
     _update_axes,
     _update_inertia,
     _factorize_inertia,
@@ -57,7 +57,7 @@ FUNCTIONS = {
 @subroutine
 def update_position(model, data):
     """Compute the frames, the axes of the joints, and the inertia at the current position."""
-    _update_kinematics(model, data)
+    update_kinematics(model, data)
     _update_axes(model, data)
     _update_inertia(model, data)
     _factorize_inertia(model, data)

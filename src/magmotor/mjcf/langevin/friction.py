@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.mjcf.lookup import disabled, label
 
 Integers = NDArray[np.int64]
@@ -67,6 +66,14 @@ def model_friction(model: mujoco.MjModel) -> Friction:
     geoms, bodies, drag = _drag(model)
     rows = np.zeros((0, model.nv))
     return Friction(dofs, tendons, _actuators(model), drag, bodies, geoms, rows)
+
+
+def inertia_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Return the inertia M(q), shape (nv, nv), for which `data` has been computed."""
+    inertia = np.empty((model.nv, model.nv))
+    for row, unit in zip(inertia, np.eye(model.nv), strict=True):
+        mujoco.mj_mulM(model, data, row, unit)
+    return inertia
 
 
 def friction_matrix(model: mujoco.MjModel, data: mujoco.MjData, friction: Friction) -> Array:

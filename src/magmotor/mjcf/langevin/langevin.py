@@ -7,7 +7,7 @@ import threading
 import warnings
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 import mujoco
 import numpy as np
@@ -15,57 +15,41 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
+from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_choice, check_integer, check_number, check_type, elements
+from magmotor.common.checks import check_choice, check_floats, check_integer, check_type, elements
 from magmotor.common.environment import physical_memory
-from magmotor.common.exceptions import ArgumentError, MagmotorError
+from magmotor.common.exceptions import ArgumentError
+from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
+from magmotor.mjcf.forces.magnetic_state import stack_bytes
 from magmotor.mjcf.langevin.baths import (
-    dampers_with_temperatures,
     doubt,
-    read_friction,
     read_kT,
 )
-from magmotor.mjcf.langevin.friction import model_friction
+from magmotor.mjcf.langevin.friction import Friction
+from magmotor.mjcf.langevin.in_pieces import BY_TIME, Steps, Taken, on_threads, pieces
 from magmotor.mjcf.langevin.linear_limit import largest_timestep
-from magmotor.mjcf.langevin.loose_motion import loose_motions
+from magmotor.mjcf.langevin.lone_motion import (
+    LoneBodies,
+    LoneRoom,
+    room_for_lone_bodies,
+)
 from magmotor.mjcf.langevin.own_model import (
-    check_damped,
-    check_inertia,
-    copy_with,
-    couplings,
-    leave_to_us,
-    skip_plugins,
     table_of,
-    without_friction,
 )
-from magmotor.mjcf.langevin.refusals import refusal_with_remedies
+from magmotor.mjcf.langevin.prepared import prepared_lone_bodies, prepared_tree
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
-from magmotor.mjcf.langevin.softening import soften
+from magmotor.mjcf.langevin.samples import LangevinDiverged, dataset_of, read_sampling
 from magmotor.mjcf.langevin.splitting_loop import compiled
-from magmotor.mjcf.langevin.supported import check_all_numbers, check_tree
-from magmotor.mjcf.langevin.thermostat import (
-    BY_TIME,
-    Steps,
-    Taken,
-    Thermostat,
-    on_threads,
-    pieces,
-)
-from magmotor.mjcf.langevin.tree import Room, read_tree, room_for
+from magmotor.mjcf.langevin.supported import check_numbers
+from magmotor.mjcf.langevin.tree import Room, room_for
 from magmotor.mjcf.lookup import potential_checksum
 from magmotor.mjcf.overwritten import note_wrenches
 from magmotor.mjcf.unit_system import declares_units
 from magmotor.noise import LARGEST_STEP, BrownianPath
 from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.splittings import LANGEVIN
-
-APPLIED = {
-    "ctrl": ("control",),
-    "qfrc_applied": ("velocity",),
-    "xfrc_applied": ("body", "component"),
-}
-"""What acts from outside, by its name in mjData, and its dimensions."""
 
 LOSSES = {
     mujoco.mjtWarning.mjWARN_CONTACTFULL: "there is no memory for all contacts: increase <size>",
@@ -77,45 +61,11 @@ LOSSES = {
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """What `sample` copies of an initial state."""
 
-
-class LangevinDiverged(MagmotorError, FloatingPointError):
-    """The motion of a replica could not be followed, was no longer finite, or became huge.
-
-    Attributes
-    ----------
-    replica : int
-        The first such replica.
-    time : float
-        When it was lost, in s.
-    dataset : xarray.Dataset
-        Records of all replicas, with NaN where there are none.
-    """
-
-    def __init__(self, replica: int, time: float, replicas: int, dataset: xr.Dataset):
-        self.replica, self.time, self.dataset = replica, time, dataset
-        self._replicas = replicas
-        others = f", and {replicas - 1} others later or elsewhere" if replicas > 1 else ""
-        when = f"at t = {time:g}" if time > 0 else f"{-time:g} s before the first record"
-        super().__init__(
-            f"replica {replica} was lost {when}{others}: the timestep is too long (see"
-            " largest_timestep, also where limits and contacts act), dipoles came too close to each"
-            " other, or nothing bounds the energy from below; `dataset` contains what was recorded"
-        )
-
-    def __reduce__(self):
-        return type(self), (self.replica, self.time, self._replicas, self.dataset)
+ALL_OF_STATE = 2 ** int(mujoco.mjtState.mjNSTATE) - 1
+"""All bits of `mjtState`."""
 
 
-def _check(own: mujoco.MjModel, *, mujoco_steps: bool, all_friction: bool) -> None:
-    """Check the forces of a model, unless MuJoCo takes the steps, and its friction."""
-    if not mujoco_steps:
-        check_tree(own)
-        check_inertia(own)
-    if all_friction or not mujoco_steps:
-        model_friction(own if all_friction else without_friction(own))
-
-
-class Langevin(Thermostat):
+class Langevin:
     """Langevin dynamics of a MuJoCo model: its motion at a temperature.
 
     Friction and noise drive the positions and velocities to Boltzmann's law, whose density is
@@ -132,9 +82,10 @@ class Langevin(Thermostat):
         frictionless contacts act as the springs and dampers that MuJoCo's soft constraints are at
         rest, and a warning says if they are softened to suit the timestep, as by MuJoCo's flag
         refsafe. The options of the integrator and of the solver have no effect.
-    kT : float or mapping of str to float
+    kT : float or mapping of str to float, optional
         Temperature in J; or temperatures of the dampers of the named joints, tendons and bodies (a
-        body stands for its joints and for its drag in a fluid), each of which is a bath.
+        body stands for its joints and for its drag in a fluid), each of which is a bath. By
+        default the noise is the model's own, see the notes.
     splitting : {"baoab", "obabo", "middle", "verlet", "o-rk4-o", "o-step-o"}
         The last one consists of steps of MuJoCo itself between friction and noise. With a given
         friction it supports every model, but has the temperature only approximately: constraints,
@@ -165,7 +116,8 @@ class Langevin(Thermostat):
     ------
     ValueError
         A number is invalid, nothing is damped, or something that acts on the model has no law of
-        fluctuation and dissipation. The message names the element and what to do.
+        fluctuation and dissipation; without kT, a body is not alone, or damping and noise are not
+        constant. The message names the element and what to do.
     LayoutError
         This version of MuJoCo lays out its structs differently than it declares.
 
@@ -182,11 +134,20 @@ class Langevin(Thermostat):
     1/g, or, if g h is large, about g h steps by the rule of part O (its positions do not wait for
     that). The velocities of an oscillation of angular frequency w have the temperature
     kT (1 - (w h)^2/4) by BAOAB, its positions have kT; if w/g exceeds 50 or so, this holds for
-    w h = 0.5 at most. Brownian wrenches of the model (`user` numbers of bodies) do not act.
+    w h = 0.5 at most. Brownian wrenches (`user` numbers of bodies) do not act with kT.
 
     B uses the forces at zero velocity; A is Heun's rule or, where that is not accurate enough, the
     classical Runge-Kutta rule in pieces, at conserved kinetic energy; O is the Crank-Nicolson rule.
     BAOAB is due to Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
+
+    Without kT, the noise is that of the Brownian wrenches of the model, as in `magnetism`, whose
+    path `userdata` selects. The bodies must be alone: the parent of each moving body is the world
+    or a body fixed to it, and its joints are slides followed by at most one hinge, ball or free
+    joint at the center of mass. Damping is that of joints and fixed tendons, or a viscous contact
+    like that of the planar scenes of `build`. A body with a ball or free joint and unequal moments
+    of inertia may have damping, and three equal Brownian torques about x, y and z. Then inertia,
+    damping and noise are constant, which saves most of the work: A and O are exact (A of second
+    order if three moments of inertia differ). The splitting is BAOAB.
 
     Examples
     --------
@@ -212,7 +173,7 @@ class Langevin(Thermostat):
     def __init__(
         self,
         model: mujoco.MjModel,
-        kT: float | Mapping[str, float],
+        kT: float | Mapping[str, float] | None = None,
         *,
         splitting: str = "baoab",
         friction: float | ArrayLike | None = None,
@@ -220,52 +181,42 @@ class Langevin(Thermostat):
         seed: int = 0,
         path: BrownianPath | None = None,
     ):
-        super().__init__(model)
+        check_type("model", model, mujoco.MjModel)
         check_choice("splitting", splitting, tuple(LANGEVIN))
-        self.kT = read_kT(model, kT)
-        if not declares_units(model) and (question := doubt(self.kT)):
-            warnings.warn(question, stacklevel=2)
-        self.splitting = splitting
-        scheme = LANGEVIN[splitting]
-        check_all_numbers(model)
+        check_numbers(model)
+        self.model, self.timestep, self.splitting = model, model.opt.timestep, splitting
+        self._scheme, self._lone = LANGEVIN[splitting], kT is None
+        self._steps = "S" in self._scheme.parts
+        self._recorded = model.nq + model.nv
         disable = (*elements("disable", disable, "must be flags, such as ['contact']"),)
-        own = copy_with(model, disable)
-        steps = "S" in scheme.parts
-        given = None if friction is None else read_friction(model, friction)
-        check = partial(_check, mujoco_steps=steps, all_friction=given is None)
-        try:
-            check(own)
-        except ValueError as error:
-            raise refusal_with_remedies(model, disable, check, error) from None
-        if not steps:
-            soften(own)
-        given = model_friction(own) if given is None else given
-        self.effective_model = copy.copy(own)
+        named = {"splitting": splitting, "friction": copy.copy(friction), "disable": disable}
+        self._arguments = named | {"seed": seed, "path": path}, (model, kT)
         by_seed = BrownianPath(seed, model.opt.timestep)
         self._path = by_seed if path is None else path
         check_type("path", self._path, BrownianPath)
         if not math.isclose(self._path.timestep, model.opt.timestep, rel_tol=1e-9):
             sentence = f"must be the timestep of the model, {model.opt.timestep:g}"
             raise ArgumentError("path.timestep", self._path.timestep, sentence)
-        check_damped(own, given)
-        for warning in loose_motions(own, given, mujoco_steps=steps):
-            warnings.warn(warning, stacklevel=2)
-        self._friction, self._scheme = given, scheme
-        named = {"splitting": splitting, "friction": copy.copy(friction), "disable": disable}
-        self._arguments = named | {"seed": seed, "path": path}, (model, kT)
-        full, rows = couplings(own, given)
-        self._tree = read_tree(own, rows, full=full, mujoco_steps=steps)
-        self._dampers = dampers_with_temperatures(
-            own,
-            given,
-            self.kT if isinstance(kT, Mapping) else float(self.kT["kT"]),
-            constraints=self._tree.constraints,
-        )
-        leave_to_us(own, mujoco_steps=steps, all_friction=not steps or friction is None)
-        skip_plugins(own)
-        self._own = own
-        self._parts = table_of(scheme, model.opt.timestep)
-        self._advance = compiled()
+        if kT is None:
+            given = {"splitting": splitting != "baoab", "friction": friction is not None,
+                     "seed": seed != 0, "path": path is not None}  # fmt: skip
+            for name in filter(given.get, given):
+                value = {**named, "seed": seed, "path": path}[name]
+                raise ArgumentError(name, value, "needs kT: without it, the noise is the model's")
+            self.kT = {}
+            prepared = prepared_lone_bodies(model, disable)
+        else:
+            self.kT = read_kT(model, kT)
+            if not declares_units(model) and (question := doubt(self.kT)):
+                warnings.warn(question, stacklevel=2)
+            baths = self.kT if isinstance(kT, Mapping) else float(self.kT["kT"])
+            prepared = prepared_tree(model, disable, friction, baths, mujoco_steps=self._steps)
+        self._own, self.effective_model, self._tree, self._dampers, self._friction = prepared
+        self._baths = tuple(self.kT) or ("noise",)
+        self._losses = () if self._lone else tuple(LOSSES)
+        self._parts = table_of(self._scheme, model.opt.timestep)
+        self._path_numbers = np.array([self._path.seed, *self._path.view])
+        self._advance = compiled(lone=self._lone)
 
     def __reduce__(self):
         named, positional = self._arguments
@@ -283,15 +234,17 @@ class Langevin(Thermostat):
         Parameters
         ----------
         data : mujoco.MjData
-            Data of this model; `time` selects the step of the Brownian path.
+            Data of this model; `time` selects the step of the Brownian path, and without kT,
+            `userdata` the path, as in `magnetism`.
         nstep : int
             Number of steps, less than 2^53.
 
         Returns
         -------
         dict of str to float
-            Heat in J from each bath, under the names of `kT` (or `kT` itself), and `work`, the
-            work of all forces. They add up to the change of the kinetic energy.
+            Heat in J from each bath, under the names of `kT` (or `kT` itself, or `noise` without
+            kT), and `work`, the work of all forces. They add up to the change of the kinetic
+            energy.
 
         Raises
         ------
@@ -302,8 +255,97 @@ class Langevin(Thermostat):
         mujoco.FatalError
             The same errors as in `magnetism`.
         """
-        sums = self._steps(data, nstep, np.zeros(len(self.kT) + 1))
-        return dict(zip((*self.kT, "work"), sums.tolist(), strict=True))
+        check_type("data", data, mujoco.MjData)
+        self._check_data(data)
+        remaining = check_integer("nstep", nstep, at_least=0)
+        if remaining >= LARGEST_STEP:
+            raise ArgumentError("nstep", nstep, f"must be less than 2^53 = {LARGEST_STEP}")
+        room, following, exchanged = self._room(), BY_TIME, np.zeros(len(self._baths) + 1)
+        for _, count in pieces(remaining):
+            steps = Steps(following, count, exchanged=exchanged)
+            following, exchanged = self._run(data, steps, room)
+            if following == BY_TIME or not np.isfinite(exchanged).all():
+                raise FloatingPointError(
+                    f"the state was lost at t = {data.time:g}: the timestep is too long,"
+                    " or dipoles came too close to each other"
+                )
+        return dict(zip((*self._baths, "work"), exchanged.tolist(), strict=True))
+
+    @checked(finite=False)
+    def rollout(
+        self,
+        data: Annotated[Sequence[mujoco.MjData], several(mujoco.MjData)],
+        initial_state: Annotated[Array, floats("replicas", "1 + nq + nv")],
+        control: Annotated[Array, floats("replicas", 1, "k")] | None,
+        *,
+        control_spec: Annotated[int, integer(at_least=0, at_most=ALL_OF_STATE)],
+        nstep: Count,
+    ) -> Array:
+        """Run replicas in parallel, as `mujoco.rollout.rollout` does.
+
+        Parameters
+        ----------
+        data : sequence of mujoco.MjData
+            Data of this model, one for each thread.
+        initial_state : ndarray, shape (replicas, 1 + nq + nv)
+            `time`, `qpos` and `qvel` of each replica.
+        control : ndarray, shape (replicas, 1, k), optional
+            Further elements of each replica's state, constant during the run.
+        control_spec : int
+            The elements in `control`, as bits of `mjtState`.
+        nstep : int
+            Number of steps.
+
+        Returns
+        -------
+        ndarray, shape (replicas, nstep, nq + nv)
+            `qpos` and `qvel` after each step; NaN once the state is lost.
+
+        Raises
+        ------
+        ValueError
+            The data belong to another model, the shape of an array does not match the model, or
+            the result does not fit in memory.
+        mujoco.FatalError
+            The same errors as in `magnetism`.
+        """
+        for used in data:
+            self._check_data(used)
+        if len({id(used) for used in data}) < len(data):
+            raise ArgumentError(
+                "data", data, "must not contain one mjData twice: each is for one thread"
+            )
+        width = 1 + self.model.nq + self.model.nv
+        check_floats("initial_state", initial_state, "replicas", width)
+        size = mujoco.mj_stateSize(self.model, control_spec)
+        if control is not None:
+            check_floats("control", control, "replicas", 1, size)
+        most = physical_memory() / (8 * max(1, len(initial_state) * self._recorded))
+        if nstep > most:
+            raise ArgumentError("nstep", nstep, f"must be at most {int(most)} to fit in memory")
+        start = np.split(initial_state, [1, 1 + self.model.nq], axis=1)
+        paths = np.empty((len(initial_state), nstep, self._recorded))
+
+        def follow(thread: int, stop: threading.Event) -> None:
+            used, room = data[thread], self._room()
+            for replica in range(thread, len(paths), len(data)):
+                (used.time,), used.qpos[:], used.qvel[:] = (part[replica] for part in start)
+                used.qacc_warmstart[:] = 0
+                if control is not None:
+                    mujoco.mj_setState(self.model, used, control[replica, 0], control_spec)
+                following, own = BY_TIME, 0 if self._lone else replica
+                for done, count in pieces(nstep, stop=stop):
+                    records = paths[replica, done : done + count]
+                    records[:] = np.nan
+                    steps = Steps(following, count, replica=own, records=records)
+                    following = self._run(used, steps, room).following
+                    if following == BY_TIME:
+                        paths[replica, done + count :] = np.nan
+                        break
+
+        self._compile()
+        on_threads(follow, len(data), len(data))
+        return paths
 
     def sample(
         self,
@@ -323,7 +365,7 @@ class Langevin(Thermostat):
         duration : float
             Time of each replica in s, in whole steps that end with the last record.
         replicas : int
-            Each has its own noise.
+            Each has its own noise, without kT that of the replica in `userdata` plus its number.
         record_interval : int
             Record every n-th step.
         burn_in : float
@@ -360,17 +402,17 @@ class Langevin(Thermostat):
             velocities, only the one with the weakest friction is judged and no position, by
             "o-step-o" only velocities.
         """
-        sampling = self._sampling(duration, replicas, record_interval, burn_in)
+        sampling = read_sampling(self.timestep, duration, replicas, record_interval, burn_in)
         if initial is not None:
             check_type("initial", initial, mujoco.MjData)
             self._check_data(initial)
-        shape = replicas, sampling.records, self.model.nq + self.model.nv + len(self.kT) + 1
+        shape = replicas, sampling.records, self.model.nq + self.model.nv + len(self._baths) + 1
         if 8 * np.prod(shape, dtype=float) > physical_memory():
             sentence = f"{replicas} x {sampling.records} records do not fit in memory"
             raise ArgumentError("duration", duration, sentence)
         self._compile()
-        if kT := max(self.kT.values()):
-            forces = None if "S" in self._scheme.parts else self.forces
+        if self._friction and (kT := max(self.kT.values())):
+            forces = None if self._steps else self.forces
             start = self._start(initial)
             if warning := unsettled(
                 self.model, start, self._friction, self._scheme, forces, kT, sampling
@@ -384,28 +426,14 @@ class Langevin(Thermostat):
         ) as progress:  # fmt: skip
             follow = partial(self._follow, out, lost, sampling, initial, progress)
             on_threads(follow, replicas, min(replicas, os.cpu_count() or 1))
-        run = self._dataset(out, record_interval, initial)
+        run = dataset_of(
+            out, self.model, self._baths, record_interval, initial, splitting=self.splitting,
+            potential=potential_checksum(self.effective_model),
+        )  # fmt: skip
         if lost:
             replica, when = min(lost.items())
             raise LangevinDiverged(replica, when, len(lost), run)
         return run
-
-    def _sampling(
-        self, duration: float, replicas: int, record_interval: int, burn_in: float
-    ) -> Sampling:
-        """Check the numbers of a sample, and return them in steps."""
-        h = self.timestep
-        duration = check_number("duration", duration, at_least=h, unit="s (one timestep)")
-        nstep = int(duration / h * (1 + 1e-12))
-        interval = check_integer("record_interval", record_interval, at_least=1, at_most=nstep)
-        burn_in = check_number("burn_in", burn_in, at_least=0, unit="s")
-        for name, value in (("duration", duration), ("burn_in", burn_in)):
-            if value / h >= LARGEST_STEP:
-                raise ArgumentError(name, value, "must be less than 2^53 timesteps")
-        return Sampling(
-            round(burn_in / h), interval, nstep // interval,
-            check_integer("replicas", replicas, at_least=1),
-        )  # fmt: skip
 
     def _follow(
         self,
@@ -418,15 +446,15 @@ class Langevin(Thermostat):
         stop: threading.Event,
     ) -> None:
         """Run one replica, in calls of about 0.1 s."""
-        data = self._start(initial)
+        data, room = self._start(initial), self._room()
         data.time, following, every = 0.0, 0, sampling.interval
         burn_in = out[replica, :0], sampling.burn_in
         for records, count in (burn_in, (out[replica], sampling.nstep)):
-            exchanged = np.zeros(len(self.kT) + 1)
+            exchanged = np.zeros(len(self._baths) + 1)
             for done, size in pieces(count, every, stop):
                 piece = records[done // every : (done + size) // every]
                 steps = Steps(following, size, min(size, every), replica, exchanged, piece)
-                following, exchanged = self._run(data, steps)
+                following, exchanged = self._run(data, steps, room)
                 if following == BY_TIME or not np.isfinite(exchanged).all():
                     lost[replica] = data.time - sampling.burn_in * self.timestep
                     return
@@ -437,28 +465,6 @@ class Langevin(Thermostat):
         if initial is not None:
             mujoco.mj_copyState(self.model, initial, data, STATE)
         return data
-
-    def _dataset(self, out: Array, every: int, initial: mujoco.MjData | None) -> xr.Dataset:
-        nq, nv = self.model.nq, self.model.nv
-        times = self.timestep * every * np.arange(1, out.shape[1] + 1)
-        run = xr.Dataset(
-            {
-                "qpos": (("replica", "time", "coordinate"), out[:, :, :nq]),
-                "qvel": (("replica", "time", "velocity"), out[:, :, nq : nq + nv]),
-                "heat": (("replica", "time", "bath"), out[:, :, nq + nv : -1]),
-                "work": (("replica", "time"), out[:, :, -1]),
-            },
-            {"time": times, "bath": [*self.kT]},
-            {
-                "timestep": self.timestep,
-                "splitting": self.splitting,
-                "potential": potential_checksum(self.effective_model),
-            },
-        )
-        for name, axes in APPLIED.items():
-            if initial is not None and getattr(initial, name).any():
-                run[name] = axes, getattr(initial, name).copy()
-        return run
 
     def forces(self, data: mujoco.MjData) -> Array:
         """Return the generalized forces of the position, those of part B.
@@ -479,14 +485,15 @@ class Langevin(Thermostat):
         ValueError, mujoco.FatalError
             As for `step`.
         """
-        self._check_parts()
+        self._parts_friction()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        force = self._call(data, Steps(first=0, nstep=0))[1].force
-        if not np.isfinite(force).all():
+        room = self._room()
+        self._run(data, Steps(0, 0), room)
+        if not np.isfinite(room.force).all():
             sentence = "must be finite, and so must be positions and applied forces in data"
-            raise ArgumentError("forces", force.tolist(), sentence)
-        return force
+            raise ArgumentError("forces", room.force.tolist(), sentence)
+        return room.force
 
     def largest_timestep(self, data: mujoco.MjData) -> float:
         """Return the smallest unstable timestep of small motions about a position, in s.
@@ -505,57 +512,86 @@ class Langevin(Thermostat):
         Raises
         ------
         ValueError
-            The data belong to another model, or the splitting consists of steps of MuJoCo.
+            The data belong to another model, the splitting consists of steps of MuJoCo, or kT was
+            not given.
         """
-        self._check_parts()
+        friction = self._parts_friction()
         check_type("data", data, mujoco.MjData)
         self._check_data(data)
-        return largest_timestep(self.model, data, self.forces, self._friction, self._scheme)
+        return largest_timestep(self.model, data, self.forces, friction, self._scheme)
 
-    def _check_parts(self) -> None:
-        if "S" in self._scheme.parts:
+    def _parts_friction(self) -> Friction:
+        """Return the friction, after a check that there are parts to be looked at alone."""
+        if self._steps:
             raise ArgumentError("splitting", self.splitting, "must not consist of steps of MuJoCo")
+        if self._friction is None:
+            raise ArgumentError("kT", None, "must be given: without it, steps are all there is")
+        return self._friction
 
-    def _run(self, data: mujoco.MjData, steps: Steps) -> Taken:
+    def _run(self, data: mujoco.MjData, steps: Steps, room: Room | LoneRoom) -> Taken:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
-        if steps.first == BY_TIME:
+        first = steps.first
+        if first == BY_TIME:
             if not abs(data.time / self.timestep) < LARGEST_STEP:
                 raise ArgumentError("data.time", data.time, "must be less than 2^53 timesteps")
-            steps = steps._replace(first=math.floor(data.time / self.timestep + 0.5))
-        done, room = self._call(data, steps)
-        following = steps.first + done if done == steps.nstep else BY_TIME
-        return Taken(following, room.exchanged)
-
-    def _call(self, data: mujoco.MjData, steps: Steps) -> tuple[int, Room]:
-        """Return the number of steps that succeeded, and the scratch memory."""
+            first = math.floor(data.time / self.timestep + 0.5)
         self._check_run(data)
-        self._check_callbacks()
-        before = [data.warning[kind].number for kind in LOSSES]
-        room = room_for(self.model, self._tree, len(self.kT))
-        room.exchanged[: len(steps.exchanged)] = steps.exchanged
+        before = [data.warning[kind].number for kind in self._losses]
+        room.exchanged[:] = steps.exchanged
         with hooks.errors_raised():
-            done = self._advance(*self._loop_arguments(data._address, steps, room))
+            done = self._advance(*self._loop_arguments(data._address, first, steps, room))
         note_wrenches(self.model, data)
-        for kind, count in zip(LOSSES, before, strict=True):
+        for kind, count in zip(self._losses, before, strict=True):
             if data.warning[kind].number > count:
                 raise mujoco.FatalError(f"at t = {data.time:g}: {LOSSES[kind]}")
-        return done, room
+        return Taken(first + done if done == steps.nstep else BY_TIME, room.exchanged.copy())
 
     def _compile(self) -> None:
-        room = room_for(self.model, self._tree, len(self.kT))
-        compile_here(self._advance, *self._loop_arguments(0, Steps(0, 0), room))
+        """Compile the loop, before threads call it."""
+        compile_here(self._advance, *self._loop_arguments(0, 0, Steps(0, 0), self._room()))
 
-    def _loop_arguments(self, data: int, steps: Steps, room: Room) -> tuple[Any, ...]:
-        path = np.array([self._path.seed, steps.replica, *self._path.view])
+    def _room(self) -> Room | LoneRoom:
+        """Return scratch memory for one thread."""
+        if isinstance(self._tree, LoneBodies):
+            return room_for_lone_bodies(self._tree)
+        return room_for(self.model, self._tree, len(self._baths))
+
+    def _loop_arguments(
+        self, data: int, first: int, steps: Steps, room: Room | LoneRoom
+    ) -> tuple[Any, ...]:
         return (
-            self._own._address, data, self._tree, self._dampers, self._parts, path, steps.first,
-            steps.nstep, steps.every, room, steps.records,
+            self._own._address, data, self._tree, self._dampers, self._parts, self._path_numbers,
+            steps.replica, first, steps.nstep, steps.every, room, steps.records,
         )  # fmt: skip
 
-    def _check_callbacks(self) -> None:
-        """Check that no callback of the user acts, whose forces have no known potential."""
-        forbidden = ["passive"] + ["control"] * ("S" in self._scheme.parts)
+    def _check_data(self, data: mujoco.MjData) -> None:
+        if data.model is not self.model:
+            raise ArgumentError("data.model", data.model, "must be the model of this Langevin")
+
+    def _check_run(self, data: mujoco.MjData) -> None:
+        """Check the timestep, the memory for the dipoles, and that no callback of the user acts.
+
+        The forces of callbacks have no known potential. For lone bodies, none is called.
+        """
+        if self.model.opt.timestep != self.timestep:
+            raise ArgumentError(
+                "timestep",
+                self.model.opt.timestep,
+                f"must still be {self.timestep:g}, since Langevin reads it only once",
+            )
+        needed = stack_bytes(self.model)
+        if needed > data.narena - data.parena - data.pstack:
+            raise mujoco.FatalError(
+                f"the dipoles need {needed} bytes of MuJoCo's memory, which is too small: increase"
+                " <size memory>"
+            )
+        forbidden = [] if self._lone else ["passive"] + ["control"] * (self._steps)
         for name in forbidden:
             if getattr(mujoco, f"get_mjcb_{name}")() is not None:
                 sentence = "must not be set (by magnetism(), either) while this Langevin runs"
                 raise ArgumentError(f"mjcb_{name}", "a function", sentence)
+
+
+def record_exchange(langevin: Langevin) -> None:
+    """Make `rollout` also return `qpos` at part O, and `qvel` before and after it."""
+    langevin._recorded = 2 * langevin.model.nq + 3 * langevin.model.nv

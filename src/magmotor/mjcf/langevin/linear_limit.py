@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.langevin.friction import Friction, friction_matrix
-from magmotor.mjcf.langevin.model import inertia_matrix
+from magmotor.mjcf.langevin.friction import Friction, friction_matrix, inertia_matrix
 from magmotor.numerics.linear_stability import SmallMotion, largest_stable_step, splitting_step
 from magmotor.numerics.splittings import Scheme
 

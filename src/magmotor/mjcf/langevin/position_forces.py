@@ -88,20 +88,31 @@ def compute_forces(model, data, offsets, tree, wrenches, force):
 def add_own_forces(model, data, offsets, tree, wrenches, generalized):
     """Add the generalized forces of dipoles and potentials, which MuJoCo does not know.
 
-    The dipoles write their wrenches to `xfrc_applied`, or, if the model has the plugin, to the
-    scratch memory `wrenches` (nbody, 6).
+    See `apply_own_forces` for where dipoles write.
     """
-    d = memory.words(data, memory.UNBOUNDED)
-    bodies = len(tree.parents)
-    wrenches[:] = 0.0
-    xfrc = memory.numbers(d[offsets.xfrc_applied // 8], bodies, 6)
-    applied = wrenches if tree.own_wrenches else xfrc
-    place, own, table = memory.error_on_stack(), applied.ctypes.data, table_of(model, False)
-    apply_forces(model, data, table, tree.forces, own, generalized.ctypes.data, False, place)
-    report(memory.words(place, WORDS), model, data)
+    apply_own_forces(model, data, offsets, tree, tree.forces, wrenches, generalized)
     if tree.own_wrenches:
+        d = memory.words(data, memory.UNBOUNDED)
         _shift_wrenches(d, offsets, tree, wrenches)
         project_wrenches(d, offsets, tree, wrenches, generalized)
+
+
+@subroutine(forceinline=True)
+def apply_own_forces(model, data, offsets, tree, kinds, wrenches, generalized):
+    """Add the generalized forces of potentials, and the wrenches of dipoles to those of bodies.
+
+    `kinds` are the bits of those that act. The dipoles write their wrenches to `xfrc_applied`, or,
+    if the model has the plugin, to the scratch memory `wrenches` (nbody, 6).
+    """
+    d = memory.words(data, memory.UNBOUNDED)
+    for body in range(len(tree.weights)):
+        for k in range(6):
+            wrenches[body, k] = 0.0
+    xfrc = memory.numbers(d[offsets.xfrc_applied // 8], len(tree.weights), 6)
+    applied = wrenches if tree.own_wrenches else xfrc
+    place, own, table = memory.error_on_stack(), applied.ctypes.data, table_of(model, False)
+    apply_forces(model, data, table, kinds, own, generalized.ctypes.data, False, place)
+    report(memory.words(place, WORDS), model, data)
 
 
 @subroutine(forceinline=True)

@@ -11,9 +11,8 @@ from scipy.linalg import block_diag, eigh
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.langevin.baths import LARGEST_MATRIX
-from magmotor.mjcf.langevin.friction import Friction, friction_matrix
+from magmotor.mjcf.langevin.friction import Friction, friction_matrix, inertia_matrix
 from magmotor.mjcf.langevin.linear_limit import crank_nicolson, stiffness_matrix
-from magmotor.mjcf.langevin.model import inertia_matrix
 from magmotor.mjcf.lookup import label
 from magmotor.numerics.linear_stability import SmallMotion, splitting_step
 from magmotor.numerics.splittings import Scheme

@@ -15,7 +15,6 @@ from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_integer, check_number, check_type
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.baoab_requirements import check_numbers
 from magmotor.mjcf.langevin.dry_friction import dry_contacts, dry_joints
 from magmotor.mjcf.langevin.friction import (
     Friction,
@@ -24,6 +23,7 @@ from magmotor.mjcf.langevin.friction import (
     friction_matrix,
     model_friction,
 )
+from magmotor.mjcf.langevin.supported import check_numbers
 from magmotor.mjcf.langevin.temperature import MATCH, configurations, drive, joined
 from magmotor.mjcf.lookup import label
 from magmotor.noise import LARGEST_SEED, LARGEST_STEP, check_seed, normal

@@ -79,7 +79,7 @@ def soften(own: mujoco.MjModel) -> None:
             f"soft constraints are softened to suit the timestep {own.opt.timestep:g}:"
             f" {'; '.join(softened)}; take a shorter timestep, or increase their solref, to keep"
             " them as they are; effective_model has the potential used",
-            stacklevel=3,
+            stacklevel=4,
         )
 
 

@@ -1,4 +1,7 @@
-"""The compiled loop of any splitting on kinematic trees; see `magmotor.mjcf.langevin.langevin`."""
+"""The compiled loop of any splitting; see `magmotor.mjcf.langevin.langevin`.
+
+It is compiled for kinematic trees, and for lone bodies, without what only trees need.
+"""
 
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false, reportGeneralTypeIssues=false
@@ -8,6 +11,7 @@ from functools import cache
 from numba import types
 
 from magmotor.mjcf import layout, memory
+from magmotor.mjcf.forces.brownian_wrenches import chosen
 from magmotor.mjcf.langevin import free_motion, position_forces
 from magmotor.mjcf.langevin.free_motion import (
     move_freely,
@@ -17,12 +21,18 @@ from magmotor.mjcf.langevin.free_motion import (
     update_position,
 )
 from magmotor.mjcf.langevin.friction_and_noise import damp_and_drive
+from magmotor.mjcf.langevin.in_pieces import LOST
+from magmotor.mjcf.langevin.lone_motion import (
+    compute_lone_forces,
+    damp_and_drive_lone_bodies,
+    kick_lone_bodies,
+    move_lone_bodies,
+)
 from magmotor.mjcf.langevin.position_forces import (
     add_own_forces,
     compute_forces,
     constraint_count,
 )
-from magmotor.mjcf.langevin.thermostat import LOST
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.subroutine import subroutine
 
@@ -44,61 +54,95 @@ _take_step = types.ExternalFunction("mj_step", _FUNCTIONS["mj_step"])
 
 
 @cache
-def compiled():
-    """Return the loop for the running MuJoCo, compiled at most once per process."""
+def compiled(*, lone: bool):
+    """Return the loop for lone bodies or for trees, compiled at most once per process."""
     memory.bind_mujoco(*_FUNCTIONS)
     position_forces.bind()
-    return _advance(layout.current())
+    return _advance(layout.current(), lone)
 
 
 @compiled_once(nogil=True, error_model="numpy")
-def _advance(checksum: int, offsets: layout.Layout):
-    """Define the loop for one layout of the structs."""
+def _advance(checksum: int, offsets: layout.Layout, lone: bool):
+    """Define the loop for one layout of the structs, and for lone bodies or trees.
 
-    def advance(model, data, tree, dampers, parts, path, first, count, every, room, out):
+    Numba removes the branches of the other ones before it compiles.
+    """
+    trees = not lone
+
+    def advance(model, data, tree, dampers, parts, path, replica, first, count, every, room, out):
         """Take steps, and return how many were taken: fewer than `count` if one failed.
 
         Parameters
         ----------
         model, data : int
             Addresses of the mjModel and the mjData.
-        tree : Tree
-        dampers : Dampers
+        tree : Tree or LoneBodies
+        dampers : Dampers or tuple ()
         parts : ndarray, shape (parts, 4)
             Code of each part, its time in s, for kicks whether they must compute the force, and
             for O and K, 0, 1 or -1 for the whole increment of the noise or one of its halves.
-        path : ndarray, shape (4,)
-            Seed, replica, factor and level of the Brownian path.
+        path : ndarray, shape (3,)
+            Seed, factor and level of the Brownian path. For lone bodies, `userdata` has them
+            instead, and what is added to the next two.
+        replica : int
+            Number of the replica.
         first, count : int
             Number of the first step on the Brownian path, and number of steps.
         every : int
             Steps between two records.
-        room : Room
+        room : Room or LoneRoom
             Scratch memory; its `exchanged` contains the sums before these steps.
-        out : ndarray, shape (records, nq + nv + baths + 1)
+        out : ndarray, shape (records, nq + nv + baths + 1) or (count, 2 nq + 3 nv)
             Receives `qpos`, `qvel`, the heat from each bath and the work of all forces, after every
-            `every` steps, if it has rows.
+            `every` steps, if it has rows; rows of nq + nv end before the heat. In the wide form,
+            for lone bodies only, it receives `qpos` and `qvel` after each step, `qpos` at part O,
+            and `qvel` before and after it.
         """
         _ = checksum
         tree, dampers, parts, path, room, out = memory.borrowed(
             (tree, dampers, parts, path, room, out)
         )
+        m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        n = len(tree.bodies)
-        nq = len(room.qpos)
+        n, nq = len(tree.bodies), int(m[offsets.nq // 8])
         qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
         qpos = memory.numbers(d[offsets.qpos // 8], 1, nq)[0]
         time = memory.numbers(data + offsets.time, 1, 1)[0]
         timestep = memory.numbers(model + offsets.timestep, 1, 1)[0, 0]
-        room.force[:] = 0.0
-        update_position(model, data)
-        if parts[0, 2] >= 0.0:
-            compute_forces(model, data, offsets, tree, room.wrenches, room.force)
-        stale, active = True, constraint_count(data, offsets)
+        seed, factor, level = path[0], path[1], path[2]
+        wide = lone and out.shape[1] > nq + n + len(room.exchanged)
+        stale, active = True, 0
+        if lone:
+            seed, replica = chosen(d, m, offsets, 0), replica + chosen(d, m, offsets, 1)
+            factor, level = max(1, chosen(d, m, offsets, 2)), chosen(d, m, offsets, 3)
+            first += chosen(d, m, offsets, 4)
+        else:
+            room.force[:] = 0.0
+            update_position(model, data)
+            if parts[0, 2] >= 0.0:
+                compute_forces(model, data, offsets, tree, room.wrenches, room.force)
+            active = constraint_count(data, offsets)
         for done in range(count):
             good, start = True, time[0]
             for part in range(len(parts)):
-                code, span = int(parts[part, 0]), parts[part, 1]
+                code, span, half = int(parts[part, 0]), parts[part, 1], int(parts[part, 3])
+                draw = seed, replica, first + done, factor, level, half
+                if lone:
+                    if code == A:
+                        move_lone_bodies(model, qpos, qvel, tree, span)
+                    elif code == B:
+                        if stale or parts[part, 2] > 0.0:
+                            compute_lone_forces(model, data, offsets, tree, room, not stale)
+                            stale = False
+                        kick_lone_bodies(qvel, tree, span, room.force, room.exchanged)
+                    else:
+                        if wide:
+                            copy(out[done, nq + n : 2 * nq + n], qpos)
+                            copy(out[done, 2 * nq + n : 2 * (nq + n)], qvel)
+                        damp_and_drive_lone_bodies(qpos, qvel, tree, draw, room)
+                        if wide:
+                            copy(out[done, 2 * (nq + n) :], qvel)
+                    continue
                 if code == A:
                     good = good and move_freely(
                         model, data, offsets, tree, dampers, qpos, qvel, span, room
@@ -116,15 +160,15 @@ def _advance(checksum: int, offsets: layout.Layout):
                         stale = False
                     _kick(qvel, span, room)
                 elif code in (O, K):
-                    half = int(parts[part, 3])
-                    draw = path[0], path[1], first + done, path[2], path[3], half
                     force = room.force if code == K else room.zero
                     damp_and_drive(model, data, offsets, tree, dampers, qvel, force, span, draw,
                                    room, room.exchanged)  # fmt: skip
             time[0] = start + timestep
-            if tree.constraints:
+            if trees:
                 before, active = active, constraint_count(data, offsets)
-                if active > before or (first + done) % STEPS_BETWEEN_CHECKS == 0:
+                if tree.constraints and (
+                    active > before or (first + done) % STEPS_BETWEEN_CHECKS == 0
+                ):
                     good = good and not _too_stiff(model, data, offsets, tree, qvel, timestep, room)
             for i in range(n):
                 good = good and abs(qvel[i]) < LOST
@@ -134,7 +178,8 @@ def _advance(checksum: int, offsets: layout.Layout):
                 record = out[(done + 1) // every - 1]
                 copy(record[:nq], qpos)
                 copy(record[nq : nq + n], qvel)
-                copy(record[nq + n :], room.exchanged)
+                if not wide:
+                    copy(record[nq + n :], room.exchanged)
         return count
 
     return advance

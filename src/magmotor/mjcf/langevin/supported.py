@@ -5,12 +5,13 @@ what the user applies. Dry friction has no law of fluctuation and dissipation, a
 some actuators depend on the configuration without being a gradient.
 """
 
+from collections.abc import Mapping
+
 import mujoco
 import numpy as np
 
-from magmotor.common.checks import check_array
+from magmotor.common.checks import check_array, check_number
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.langevin.baoab_requirements import check_extensions, check_numbers, check_zero
 from magmotor.mjcf.langevin.friction import (
     AFFINE,
     ON_JOINTS,
@@ -19,10 +20,17 @@ from magmotor.mjcf.langevin.friction import (
     acting_actuators,
 )
 from magmotor.mjcf.lookup import disabled, label
-from magmotor.mjcf.possible_contacts import possible_contacts
+from magmotor.mjcf.possible_contacts import Contact, may_touch, possible_contacts
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
+from magmotor_plugin import slots
 
-METHOD = "Langevin"
+UNSUITABLE = {
+    "sleep": "",
+    "override": ": give solref, solimp, margin and friction to each geom or pair",
+    "diagexact": ", since the forces of constraints have no potential otherwise",
+    "speculative": ", since the forces of contacts depend on the velocity otherwise",
+}
+"""Flags that must not be enabled, the last two of which MuJoCo has since version 4, and why."""
 
 DISABLING_FLAGS = {
     "dof_frictionloss": "frictionloss",
@@ -35,12 +43,13 @@ PLASTIC = {"jnt_springyield": "spring", "tendon_springyield": "spring"}
 """The same for springs that yield, which MuJoCo has since version 4."""
 
 NUMBERS = (
-    *("jnt_stiffness", "tendon_stiffness", "tendon_damping", "qpos_spring", "dof_armature"),
-    "body_gravcomp",
+    *("qpos0", "body_mass", "body_inertia", "body_pos", "body_user", "body_gravcomp"),
+    *("dof_damping", "dof_armature", "qpos_spring"),
+    *("jnt_stiffness", "tendon_stiffness", "tendon_damping"),
     *("jnt_solref", "tendon_solref_lim", "eq_solref", "geom_solref", "pair_solref"),
     *("jnt_solimp", "tendon_solimp_lim", "eq_solimp", "geom_solimp", "pair_solimp"),
 )
-"""Arrays of the model that must be finite, in addition to those of any model."""
+"""Arrays of the model that must be finite."""
 
 EQUALITIES = [
     int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD", "JOINT", "TENDON")
@@ -59,11 +68,12 @@ SMOOTH = {
 WITHOUT_CONTACT = "set condim=1, for contacts without friction, or disable the flag contact"
 
 
-def check_all_numbers(model: mujoco.MjModel) -> None:
+def check_numbers(model: mujoco.MjModel) -> None:
     """Check that the timestep is positive, and that the numbers of the model are finite."""
-    check_numbers(model)
+    check_number("timestep", model.opt.timestep, above=0)
     for field in NUMBERS:
         check_array(f"{field} of the model", getattr(model, field))
+    check_array("gravity of the model", model.opt.gravity)
 
 
 def check_tree(model: mujoco.MjModel) -> None:
@@ -75,14 +85,58 @@ def check_tree(model: mujoco.MjModel) -> None:
         The model has dry friction or another force that is neither linear friction nor of a
         potential. The message names the element and what to do.
     """
-    check_extensions(model, METHOD)
+    check_all_but_contacts(model)
+    for contact in possible_contacts(model):
+        _check_contact(model, contact)
+
+
+def check_all_but_contacts(model: mujoco.MjModel) -> None:
+    """Check the forces of a model like `check_tree`, except those of contacts."""
+    _check_extensions(model)
     check_zero(model, DISABLING_FLAGS)
     check_zero(model, {field: flag for field, flag in PLASTIC.items() if hasattr(model, field)})
     _check_armature(model)
     _check_compensation(model)
     _check_equalities(model)
     _check_actuators(model)
-    _check_contacts(model)
+
+
+def _check_extensions(model: mujoco.MjModel) -> None:
+    """Check that there are no flexes, no plugins with forces but ours, and no unsupported flags."""
+    if model.nflex:
+        sentence = "must be zero: Langevin does not support them"
+        raise ArgumentError("number of flexes", model.nflex, sentence)
+    acting = {*model.body_plugin}
+    acting |= set() if disabled(model, "actuation") else {*model.actuator_plugin}
+    known = {*model.geom_plugin, *model.sensor_plugin, *model.actuator_plugin} - acting
+    ours = slots.register()
+    others = {i for i, slot in enumerate(model.plugin) if slot != ours} - known
+    if others:
+        sentence = (
+            "must be zero, except for magmotor.forces and those of geoms and sensors: Langevin"
+            " does not support them"
+        )
+        raise ArgumentError("number of plugins", len(others), sentence)
+    for flag, reason in UNSUITABLE.items():
+        bit = int(getattr(mujoco.mjtEnableBit, f"mjENBL_{flag.upper()}", 0))
+        contacts = flag in ("override", "speculative")
+        if model.opt.enableflags & bit and (may_touch(model) or not contacts):
+            raise ArgumentError(f"flag {flag}", "enable", f"must be 'disable'{reason}")
+
+
+def check_zero(model: mujoco.MjModel, fields: Mapping[str, str | None]) -> None:
+    """Check that fields of joints and tendons are zero, unless the flag of each disables them."""
+    for field, flag in fields.items():
+        if flag and disabled(model, flag):
+            continue
+        for i, value in enumerate(getattr(model, field)):
+            if not value.any():
+                continue
+            prefix, name = field.split("_")
+            kind = "tendon" if prefix == "tendon" else "joint"
+            owner = label(model, kind, model.dof_jntid[i] if prefix == "dof" else i)
+            alternative = f", or disabled by the flag {flag}" if flag else ""
+            raise ArgumentError(f"{owner}: {name}", value.tolist(), f"must be zero{alternative}")
 
 
 def _check_armature(model: mujoco.MjModel) -> None:
@@ -100,7 +154,7 @@ def _check_armature(model: mujoco.MjModel) -> None:
             )
     on_tendons = np.isin(model.actuator_trntype, ON_TENDONS)
     for i in np.flatnonzero(model.actuator_armature * on_tendons):
-        sentence = f"must be zero on a tendon: {METHOD} does not support it"
+        sentence = "must be zero on a tendon: Langevin does not support it"
         raise ArgumentError(
             f"{label(model, 'actuator', i)}: armature", model.actuator_armature[i], sentence
         )
@@ -166,23 +220,25 @@ def _check_joint_limits(model: mujoco.MjModel, data: mujoco.MjData, actuator: in
                 raise ArgumentError(f"{label(model, 'joint', joint)}: actfrcrange", value, sentence)
 
 
-def _check_contacts(model: mujoco.MjModel) -> None:
-    """Check that the forces of all contacts have a potential."""
-    for contact in possible_contacts(model):
-        if contact.sliding_friction == ALWAYS_IN_CONE:
-            sentence = "viscous contacts are for bodies hung on the world one by one: use mm.Baoab"
-            raise ArgumentError(f"{contact.name}: friction", contact.sliding_friction, sentence)
-        kinds = [mujoco.mjtGeom(model.geom_type[i]).name[7:].lower() for i in contact.geoms]
-        if frozenset(kinds) not in SMOOTH:
-            both = " and ".join(label(model, "geom", geom) for geom in contact.geoms)
-            sentence = (
-                "their contact points jump, so that the force has no potential: use spheres or"
-                " capsules, or boxes and cylinders on planes; or disable the flag contact"
-            )
-            raise ArgumentError(f"{both}: types", " and ".join(kinds), sentence)
-        if contact.dimension > 1:
-            sentence = f"must be 1, since dry friction has no temperature: {WITHOUT_CONTACT}"
-            raise ArgumentError(f"{contact.name}: condim", contact.dimension, sentence)
-        if any(contact.adhesion):
-            sentence = f"must be zero, since it has no potential: {WITHOUT_CONTACT}"
-            raise ArgumentError(f"{contact.name}: adhesion", contact.adhesion, sentence)
+def _check_contact(model: mujoco.MjModel, contact: Contact) -> None:
+    """Check that the force of a contact has a potential."""
+    if contact.sliding_friction == ALWAYS_IN_CONE:
+        sentence = (
+            "viscous contacts are for bodies that hang on the world one by one, with the noise of"
+            " the model: use mm.Langevin(model) without kT"
+        )
+        raise ArgumentError(f"{contact.name}: friction", contact.sliding_friction, sentence)
+    kinds = [mujoco.mjtGeom(model.geom_type[i]).name[7:].lower() for i in contact.geoms]
+    if frozenset(kinds) not in SMOOTH:
+        both = " and ".join(label(model, "geom", geom) for geom in contact.geoms)
+        sentence = (
+            "their contact points jump, so that the force has no potential: use spheres or"
+            " capsules, or boxes and cylinders on planes; or disable the flag contact"
+        )
+        raise ArgumentError(f"{both}: types", " and ".join(kinds), sentence)
+    if contact.dimension > 1:
+        sentence = f"must be 1, since dry friction has no temperature: {WITHOUT_CONTACT}"
+        raise ArgumentError(f"{contact.name}: condim", contact.dimension, sentence)
+    if any(contact.adhesion):
+        sentence = f"must be zero, since it has no potential: {WITHOUT_CONTACT}"
+        raise ArgumentError(f"{contact.name}: adhesion", contact.adhesion, sentence)

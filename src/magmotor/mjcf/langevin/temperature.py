@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.langevin.friction import friction_matrix, model_friction
-from magmotor.mjcf.langevin.model import langevin_model
+from magmotor.mjcf.langevin.lone_model import read_lone_bodies
 from magmotor.mjcf.lookup import disabled, foreign_plugins
 from magmotor.mjcf.possible_contacts import colliding_geoms
 
@@ -32,8 +32,8 @@ def temperatures(model: mujoco.MjModel) -> tuple[tuple[float, float] | None, flo
     kT that fits best. If the temperatures are unknown, the result is None, 0 and a reason.
     """
     try:
-        langevin = langevin_model(model)
-        pairs = [(langevin.damping, langevin.noise @ langevin.noise.T / 2)]
+        lone = read_lone_bodies(model)
+        pairs = [(lone.damping, lone.noise @ lone.noise.T / 2)]
     except ValueError:
         if others := [*_other_dampers(model)]:
             return None, 0.0, f"{joined(others)} may damp"

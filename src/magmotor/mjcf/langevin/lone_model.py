@@ -1,4 +1,4 @@
-"""The Langevin equation of a MuJoCo model: inertia, damping and noise of its velocities.
+"""The Langevin equation of lone bodies: inertia, damping and noise of their velocities.
 
 The velocities are `qvel`; the angular velocities of ball and free joints are in the body's frame.
 The damping and noise of such a joint are constant either in the body's frame or in the world frame.
@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import numbers
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import NOISE
-from magmotor.mjcf.langevin.baoab_requirements import ROUNDING, check_model, check_viscous
+from magmotor.mjcf.langevin.friction import damper_rows, inertia_matrix, model_friction
+from magmotor.mjcf.langevin.lone_bodies import ROUNDING, check_lone_bodies, check_viscous
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.viscous_contact import resistance, viscous_contacts
 from magmotor.numerics.reproducible import product
@@ -54,7 +54,7 @@ class Ball(NamedTuple):
         return bool((self.ratios == 1).all())
 
 
-class LangevinModel(NamedTuple):
+class LoneModel(NamedTuple):
     """The Langevin equation masses du/dt = force - damping u + noise dW/dt of nv velocities u.
 
     The matrices are given for the reference attitude. Forces of dipoles and potentials and applied
@@ -67,12 +67,8 @@ class LangevinModel(NamedTuple):
     """Symmetric matrix of joints, fixed tendons and viscous contacts, shape (nv, nv)."""
     noise: Array
     """Amplitudes of the Brownian channels, shape (nv, channels)."""
-    force: Array
-    """Constant generalized force, gravity, shape (nv,)."""
-    bodies: NDArray[np.int64]
-    """Body of each velocity, shape (nv,)."""
     wrenches: Array
-    """Generalized force per unit wrench on that body, shape (nv, 6).
+    """Generalized force per unit wrench on the body of each velocity, shape (nv, 6).
 
     The wrench is in the world frame, at the center of mass.
     """
@@ -80,7 +76,7 @@ class LangevinModel(NamedTuple):
     """The ball joints and the rotational parts of the free joints."""
 
 
-def langevin_model(model: mujoco.MjModel) -> LangevinModel:
+def read_lone_bodies(model: mujoco.MjModel) -> LoneModel:
     """Read the Langevin equation from a model.
 
     Raises
@@ -90,21 +86,20 @@ def langevin_model(model: mujoco.MjModel) -> LangevinModel:
         the model has forces or constraints that are not supported. The message names the element
         and the requirement.
     """
-    check_model(model)
+    check_lone_bodies(model)
+    friction = model_friction(model)
+    if friction.drag.any():
+        sentence = "must be zero without kT: the noise of a fluid is not that of `user`"
+        raise ArgumentError("option viscosity", model.opt.viscosity, sentence)
     data = _at_reference(model)
     masses = _masses(model, data)
     wrenches = _wrenches(model, data)
     balls = tuple(_balls(model, masses))
-    damping = joint_damping(model) + _contact_damping(model, data, masses, balls)
-    return LangevinModel(
-        masses,
-        damping,
-        _noise(model, wrenches),
-        data.qfrc_gravcomp - data.qfrc_bias,
-        model.dof_bodyid.astype(np.int64),
-        wrenches,
-        balls,
-    )
+    damping = np.diag(friction.dofs)
+    for coefficient, row in zip(*damper_rows(model, data, friction)["tendon"], strict=True):
+        damping += coefficient * np.outer(row, row)
+    damping += _contact_damping(model, data, masses, balls)
+    return LoneModel(masses, damping, _noise(model, wrenches), wrenches, balls)
 
 
 def _at_reference(model: mujoco.MjModel) -> mujoco.MjData:
@@ -113,7 +108,6 @@ def _at_reference(model: mujoco.MjModel) -> mujoco.MjData:
     for start in _quaternions(model).values():
         data.qpos[start : start + 4] = 1.0, 0.0, 0.0, 0.0
     mujoco.mj_fwdPosition(model, data)
-    mujoco.mj_fwdVelocity(model, data)
     return data
 
 
@@ -122,14 +116,6 @@ def _quaternions(model: mujoco.MjModel) -> dict[int, int]:
     linear = {FREE: 3, BALL: 0}
     kinds = enumerate(model.jnt_type)
     return {j: int(model.jnt_qposadr[j]) + linear[kind] for j, kind in kinds if kind in linear}
-
-
-def inertia_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return the inertia M(q), shape (nv, nv), for which `data` has been computed."""
-    inertia = np.empty((model.nv, model.nv))
-    for row, unit in zip(inertia, np.eye(model.nv), strict=True):
-        mujoco.mj_mulM(model, data, row, unit)
-    return inertia
 
 
 def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
@@ -150,7 +136,7 @@ def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 def _wrenches(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return the generalized forces per unit wrench; see `LangevinModel.wrenches`."""
+    """Return the generalized forces per unit wrench; see `LoneModel.wrenches`."""
     wrenches = np.empty((model.nv, 6))
     jacobian = np.empty((6, model.nv))
     for dof, body in enumerate(model.dof_bodyid):
@@ -200,7 +186,7 @@ def _torque_channel(model: mujoco.MjModel, body: int) -> int:
 
 
 def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
-    """Return the amplitudes of all channels; see `LangevinModel.noise`."""
+    """Return the amplitudes of all channels; see `LoneModel.noise`."""
     channels = _channels(model)
     noise = np.zeros((model.nv, len(channels)))
     for channel, (body, row) in enumerate(channels):
@@ -208,19 +194,6 @@ def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
         noise[dofs, channel] = product(wrenches[dofs], row[:, np.newaxis])[:, 0]
     numbers(above=0)("noise of user", abs(noise[noise != 0]))
     return noise
-
-
-def joint_damping(model: mujoco.MjModel) -> Array:
-    """Return the damping matrix of joints and fixed tendons."""
-    if disabled(model, "damper"):
-        return np.zeros((model.nv, model.nv))
-    damping = np.diag(model.dof_damping)
-    for tendon in np.flatnonzero(model.tendon_damping):
-        parts = model.tendon_adr[tendon] + np.arange(model.tendon_num[tendon])
-        row = np.zeros(model.nv)
-        row[model.jnt_dofadr[model.wrap_objid[parts]]] = model.wrap_prm[parts]
-        damping += model.tendon_damping[tendon] * np.outer(row, row)
-    return damping
 
 
 def _contact_damping(
