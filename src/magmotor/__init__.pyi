@@ -39,9 +39,9 @@ from .mjcf.describe import describe as describe
 from .mjcf.field_and_energy import field as field
 from .mjcf.field_and_energy import magnetic_energy as magnetic_energy
 from .mjcf.field_table import tabulated_field as tabulated_field
+from .mjcf.langevin.joint_noise import JointNoise as JointNoise
+from .mjcf.langevin.joint_noise import brownian_rows as brownian_rows
 from .mjcf.langevin.langevin import Langevin as Langevin
-from .mjcf.langevin.rows import JointNoise as JointNoise
-from .mjcf.langevin.rows import brownian_rows as brownian_rows
 from .mjcf.langevin.samples import LangevinDiverged as LangevinDiverged
 from .mjcf.layout import LayoutError as LayoutError
 from .mjcf.magnetism import apply_perturbation as apply_perturbation

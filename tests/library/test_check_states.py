@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf.checking import side
+from magmotor.mjcf.checking import dipole_depth
 
 PLACED = """
 <mujoco>
@@ -128,7 +128,7 @@ def test_numbers_that_overflow_are_a_finding(number, custom, actuator, moment):
 
 def test_the_work_for_pieces_of_iron_grows_as_their_number(monkeypatch):
     """400 pieces on one body took minutes, since each was compared with all pairs of others."""
-    counts, depth = [], side.depth_and_normal
+    counts, depth = [], dipole_depth.depth_and_normal
     element = '<element objtype="geom" objname="{}"/>'
     geom = '<geom name="{}" type="box" size=".005 .005 .005" pos="0 {} 0"/>'
     magnet = '<body pos="0 0 .1"><freejoint/><geom size=".005"/><site user=".5"/></body>'
@@ -139,7 +139,7 @@ def test_the_work_for_pieces_of_iron_grows_as_their_number(monkeypatch):
             calls.append(len(arguments[-1]))
             return depth(*arguments)
 
-        monkeypatch.setattr(side, "depth_and_normal", count)
+        monkeypatch.setattr(dipole_depth, "depth_and_normal", count)
         geoms = "".join(geom.format(k, 0.02 * k) for k in range(number))
         text = BAR.format("".join(element.format(k) for k in range(number)), geoms)
         text = text.replace("iron fields", "iron dipoles fields")

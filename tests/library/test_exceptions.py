@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf import errors, messages
+from magmotor.mjcf import error_numbers, error_raising, error_reports
 
 PACKAGE = Path(mm.__file__).parent
 
@@ -80,15 +80,15 @@ def test_a_declaration_says_what_is_wrong_with_which_element(distance, moment, k
 
 
 def test_each_error_of_compiled_code_has_its_own_kind():
-    assert [getattr(errors, kind.upper()) for kind in errors.KINDS] == [*range(26)]
-    assert len(errors.KINDS) == len(errors.ELEMENTS)
+    assert [getattr(error_numbers, kind.upper()) for kind in error_numbers.KINDS] == [*range(26)]
+    assert len(error_numbers.KINDS) == len(error_reports.ELEMENTS)
 
 
 def test_an_error_of_mujoco_is_no_declaration():
     model, data = state(moment="nan")
     with pytest.raises(mm.DeclarationError):
         mm.magnetic_energy(model, data)
-    error = messages.declaration_error(mujoco.FatalError("mj_stackAlloc: out of memory"))
+    error = error_raising.declaration_error(mujoco.FatalError("mj_stackAlloc: out of memory"))
     assert (type(error), str(error)) == (mm.InputError, "mj_stackAlloc: out of memory")
 
 

@@ -439,9 +439,9 @@ WITHOUT_THE_PRIVATE_FUNCTION = """
 import sys
 import mujoco, mujoco.rollout, numpy as np
 import magmotor as mm
-from magmotor.mjcf import messages
+from magmotor.mjcf import error_raising
 
-whole = messages.library()
+whole = error_raising.library()
 
 class Library:
     def __getattr__(self, name):
@@ -449,7 +449,7 @@ class Library:
             raise AttributeError(name)
         return getattr(whole, name)
 
-messages.library = Library
+error_raising.library = Library
 model = mujoco.MjModel.from_xml_string(sys.argv[1])
 data = [mujoco.MjData(model) for _ in range(2)]
 for threads in (1, 2):

@@ -26,7 +26,7 @@ from test_friction import TREE
 import magmotor as mm
 from magmotor import noise
 from magmotor.common.environment import data_folder
-from magmotor.mjcf.langevin import in_pieces
+from magmotor.mjcf.langevin import loop_calls
 from magmotor.mjcf.langevin.baths import read_friction
 from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
@@ -402,8 +402,8 @@ def test_neither_calls_nor_threads_nor_records_change_a_bit(splitting, monkeypat
         used = [mujoco.MjData(model) for _ in range(threads)]
         paths = langevin.rollout(used, start, None, control_spec=0, nstep=300)
         np.testing.assert_array_equal(paths[..., : model.nq], runs[0].qpos)
-    monkeypatch.setattr(in_pieces, "FIRST_STEPS", 1)
-    monkeypatch.setattr(in_pieces, "SECONDS_BETWEEN_CHECKS", 0.0)
+    monkeypatch.setattr(loop_calls, "FIRST_STEPS", 1)
+    monkeypatch.setattr(loop_calls, "SECONDS_BETWEEN_CHECKS", 0.0)
     data = mujoco.MjData(model)
     langevin.step(data, 300)
     np.testing.assert_array_equal(end(data), end(whole))
@@ -848,7 +848,7 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatc
     times = []
     for seconds in (0.1, 1e-9):
         data.time, data.qpos[0], data.qvel[0] = 0.0, -0.05, 0.0
-        monkeypatch.setattr(in_pieces, "SECONDS_BETWEEN_CHECKS", seconds)
+        monkeypatch.setattr(loop_calls, "SECONDS_BETWEEN_CHECKS", seconds)
         with pytest.raises(FloatingPointError, match="the timestep is too long"):
             stiff.step(data, 1_000_000)
         times.append(data.time)

@@ -300,7 +300,7 @@ def test_the_same_bits_of_heat_and_work():
     """However long `sample` lets the compiled loop run."""
     model = TREES["six links in 3-D"].model(0.01)
     thermostat = mm.Langevin(model, {f"joint {k}": 0.1 * (k + 1) for k in range(6)}, seed=7)
-    with patch("magmotor.mjcf.langevin.in_pieces.SECONDS_BETWEEN_CHECKS", 1e-9):
+    with patch("magmotor.mjcf.langevin.loop_calls.SECONDS_BETWEEN_CHECKS", 1e-9):
         pieces = thermostat.sample(100 * thermostat.timestep)
     assert pieces.identical(thermostat.sample(100 * thermostat.timestep))
 

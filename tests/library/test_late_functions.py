@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.mjcf import late
-from magmotor.mjcf.declarations import elements
+from magmotor.mjcf import late_functions
+from magmotor.mjcf.declarations import all_elements
 from magmotor.mjcf.forces import all_forces, brownian_wrenches, dipole_wrenches
 
 FIELD = """
@@ -33,7 +33,7 @@ FIELD = """
 
 LATE = {
     "forces": all_forces._all_forces,
-    "elements": elements._read_late,
+    "elements": all_elements._read_late,
     "noise": brownian_wrenches._late,
 }
 
@@ -81,7 +81,7 @@ def unloaded(request, monkeypatch):
 
     monkeypatch.setattr(function, "_compiled", compiled)
     yield raised
-    function._address.value, late._failed.value = before, 0
+    function._address.value, late_functions._failed.value = before, 0
 
 
 @pytest.mark.parametrize("unloaded", LATE, indirect=True)
@@ -121,7 +121,7 @@ def test_a_child_that_is_forked_meanwhile_can_load():
     begun = threading.Event()
 
     def compile_for_long():
-        with late._lock:
+        with late_functions._lock:
             begun.set()
             time.sleep(0.5)
 
@@ -133,7 +133,7 @@ def test_a_child_that_is_forked_meanwhile_can_load():
         child = os.fork()
     if child == 0:
         # Not in a new thread, which may get the identity of the one that is gone.
-        os._exit(0 if late._lock.acquire(timeout=5) else 1)
+        os._exit(0 if late_functions._lock.acquire(timeout=5) else 1)
     _, status = os.waitpid(child, 0)
     thread.join()
     assert status == 0

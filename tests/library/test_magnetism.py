@@ -19,7 +19,7 @@ from numba import types
 from numba.core.ccallback import CFunc
 
 import magmotor as mm
-from magmotor.mjcf import callbacks, layout, messages
+from magmotor.mjcf import callbacks, error_raising, layout
 from magmotor.numerics import numba_cache
 from trials.numpy_twin import apply_magnetism
 
@@ -876,7 +876,7 @@ def test_a_new_model_where_an_older_one_was_is_not_taken_for_it(monkeypatch):
     model = mujoco.MjModel.from_xml_string(f"<mujoco>{MARK}</mujoco>")
     data = mujoco.MjData(model)
     with mm.magnetism():
-        monkeypatch.setattr(messages._acted, "value", model._address)
+        monkeypatch.setattr(error_raising._acted, "value", model._address)
         with pytest.warns(UserWarning, match="nothing acts on this model"):
             mujoco.mj_step(model, data)
 

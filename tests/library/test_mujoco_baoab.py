@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 import magmotor as mm
 from magmotor import noise, theory
 from magmotor.common.environment import data_folder
-from magmotor.mjcf.langevin import in_pieces
+from magmotor.mjcf.langevin import loop_calls
 
 BOTH = ("mujoco/baoab", "variational/baoab")
 
@@ -333,8 +333,8 @@ def test_checks_for_ctrl_c_change_no_bit(start, monkeypatch):
     data.time = start
     langevin, ends = mm.Langevin(model), []
     for first in (10**6, 1):
-        monkeypatch.setattr(in_pieces, "FIRST_STEPS", first)
-        monkeypatch.setattr(in_pieces, "SECONDS_BETWEEN_CHECKS", 0.0)
+        monkeypatch.setattr(loop_calls, "FIRST_STEPS", first)
+        monkeypatch.setattr(loop_calls, "SECONDS_BETWEEN_CHECKS", 0.0)
         other = copy.copy(data)
         langevin.step(other, 300)
         ends.append(end(other))

@@ -10,7 +10,7 @@ from magmotor.advice.points import Point
 from magmotor.advice.recommendation import percent
 from magmotor.advice.stability import Limit
 from magmotor.advice.statistics_errors import Statistic
-from magmotor.mjcf.idle import listed
+from magmotor.mjcf.not_acting import listed
 
 
 def points_table(

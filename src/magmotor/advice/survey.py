@@ -21,7 +21,7 @@ from magmotor.advice.stability import find_rest, stability_limit
 from magmotor.advice.statistics_errors import errors
 from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.idle import listed
+from magmotor.mjcf.not_acting import listed
 
 PERTURBATION = 1e-7
 """Change of the initial velocities, over the fastest one, of which the growth is measured."""

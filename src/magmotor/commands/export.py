@@ -120,7 +120,7 @@ def export_scene(scene: Any, path: Path) -> None:
 
 
 def mjcf_of(scene: Any) -> str:
-    from magmotor.mjcf.parts import xml_of
+    from magmotor.mjcf.model_parts import xml_of
     from magmotor.run.in_mujoco import compose
 
     si = scene.device.time_unit == "s"

@@ -54,7 +54,8 @@ class DeclarationError(InputError):
     Attributes
     ----------
     kind : str
-        What is wrong, such as "moment", "coil" or "coincidence": a name of `magmotor.mjcf.errors`.
+        What is wrong, such as "moment", "coil" or "coincidence": a name of
+        `magmotor.mjcf.error_numbers`.
     element : int
         The number of the first site, body, tuple, ... that the sentence names, or -1.
     """

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from magmotor.common.exceptions import ArgumentError
 from magmotor.device.device import Scene
 from magmotor.device.sliders import SMALLEST
-from magmotor.mjcf import parts
+from magmotor.mjcf import model_parts
 from magmotor.run.in_mujoco import build, compose
 
 MOVED = (
@@ -58,11 +58,11 @@ class Panel:
         )
         root = compose(kept, visual=True)
         try:
-            spec = self._added_to(parts.spec_of(root))
+            spec = self._added_to(model_parts.spec_of(root))
         except IndexError:
             sentence = "its model must have a keyframe, its initial state, and sliders a joint"
             raise ArgumentError("scene", self.scene, sentence) from None
-        model = parts.compiled(spec)
+        model = model_parts.compiled(spec)
         model.stat.meansize = model.stat.extent / 20  # size of the markers of mouse forces
         return model
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from numba.core import event
 
-from magmotor.mjcf import reports
+from magmotor.mjcf import error_reports
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.forces import all_forces
 from magmotor.numerics.compilation_notice import COMPILATION
@@ -49,10 +49,10 @@ def bind(meanwhile: Callable[[], Any] | None = None) -> None:
     with ExitStack() as stack:
         if not is_cached:
             stack.enter_context(COMPILATION.running())
-            callers = reports.bind, all_forces.bind_others, *filter(None, [meanwhile])
+            callers = error_reports.bind, all_forces.bind_others, *filter(None, [meanwhile])
             COMPILATION.expect(subroutines_of(*callers))
         with _forces_compiled_beside(is_cached) as waiting:
-            reports.bind()
+            error_reports.bind()
             all_forces.bind_others()
             if waiting and meanwhile is not None:
                 meanwhile()

@@ -17,7 +17,7 @@ from typing import Any
 import mujoco
 from numba import types
 
-from magmotor.mjcf import binding, errors, layout, memory, messages, sentences
+from magmotor.mjcf import binding, error_numbers, error_raising, error_sentences, layout, memory
 from magmotor.mjcf.declarations.magnetometers import check_magnetometers
 from magmotor.mjcf.declarations.marks import (
     COILS,
@@ -32,6 +32,7 @@ from magmotor.mjcf.declarations.reader import acting_kinds, find_error, table_of
 from magmotor.mjcf.declarations.table import header, is_read
 from magmotor.mjcf.declarations.user_numbers import count_dipoles
 from magmotor.mjcf.declarations.why_inert import MEASURED, SWITCHED_OFF, why_inert
+from magmotor.mjcf.error_reports import report, warn_of_misnamed, warn_of_motion
 from magmotor.mjcf.forces.all_forces import apply_forces
 from magmotor.mjcf.forces.brownian_wrenches import (
     add_brownian_wrenches,
@@ -40,10 +41,9 @@ from magmotor.mjcf.forces.brownian_wrenches import (
     step_number,
 )
 from magmotor.mjcf.forces.drives import drives_checksum
-from magmotor.mjcf.forces.measured_field import measure
+from magmotor.mjcf.forces.magnetometers import measure
 from magmotor.mjcf.hooks import errors_raised
-from magmotor.mjcf.overwritten import note_others, note_ours
-from magmotor.mjcf.reports import report, warn_of_misnamed, warn_of_motion
+from magmotor.mjcf.wrench_owners import note_others, note_ours
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 from magmotor_plugin import slots
@@ -109,7 +109,7 @@ def acting_forces(model: mujoco.MjModel) -> int:
         with errors_raised():
             return _read(layout.current())(model._address)
     except mujoco.FatalError as error:
-        raise messages.declaration_error(error) from error
+        raise error_raising.declaration_error(error) from error
 
 
 @compiled_once(nogil=True, error_model="numpy")
@@ -121,7 +121,7 @@ def _read(checksum: int, offsets: layout.Layout):
         table, place = table_of(model, True), memory.error_on_stack()
         kinds = acting_kinds(table, memory.words(model, memory.UNBOUNDED), offsets)
         find_error(model, table, kinds, True, place)
-        report(memory.words(place, errors.WORDS), model, model)
+        report(memory.words(place, error_numbers.WORDS), model, model)
         return kinds
 
     return read
@@ -145,7 +145,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
         kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
         _keep(table, kinds, data, offsets, instance)
         find_error(model, table, kinds, True, place)
-        if memory.words(place, errors.WORDS)[0] >= 0:
+        if memory.words(place, error_numbers.WORDS)[0] >= 0:
             memory.words(_plugin_data(data, offsets, instance), 1)[0] = WRONG
 
     return prepare
@@ -177,7 +177,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             return
         kinds = acting_kinds(table, m, offsets)
         place = memory.error_on_stack()
-        error, wrenches = memory.words(place, errors.WORDS), d[offsets.xfrc_applied // 8]
+        error, wrenches = memory.words(place, error_numbers.WORDS), d[offsets.xfrc_applied // 8]
         step, stage = step_number(model, data, offsets), in_later_stage(model, data, offsets)
         if kinds & POTENTIALS and m[offsets.nuser_jnt // 8] > 0:
             # Finite differences may keep the passive forces, which then contain ours already.
@@ -198,15 +198,15 @@ def _callback(checksum: int, offsets: layout.Layout):
         if kinds & UNMARKED and _is_at_start(data, offsets):
             warn_of_misnamed(m, offsets)
         if acting > 0:
-            messages.remember_acting(table)
+            error_raising.remember_acting(table)
             if error[1] >= 0:
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
-                _notice_once(sentences.ASSUMED, count_dipoles(m, offsets))
+                _notice_once(error_sentences.ASSUMED, count_dipoles(m, offsets))
         elif (
             acting == 0
             and is_read(table)
-            and (_is_at_start(data, offsets) or not messages.has_acted(table))
+            and (_is_at_start(data, offsets) or not error_raising.has_acted(table))
         ):
             reason, number = why_inert(table, m, offsets, kinds)
             if reason != MEASURED:
@@ -224,28 +224,28 @@ def _init(checksum: int, offsets: layout.Layout):
         m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
         kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
         find_error(model, table, kinds, True, place)
-        error = memory.words(place, errors.WORDS)
+        error = memory.words(place, error_numbers.WORDS)
         if error[0] >= 0:
             report(error, model, model)
             return FAILED
         if data != 0:
             _keep(table, kinds, data, offsets, instance)
-        messages.forget(sentences.OF_RUNS)
+        error_raising.forget(error_sentences.OF_RUNS)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
-            messages.notice(sentences.NO_PASSIVE_FORCES, 0, 0, 0)
+            error_raising.notice(error_sentences.NO_PASSIVE_FORCES, 0, 0, 0)
         if memory.integers(model + offsets.enableflags, 1)[0] & ENABLE_SLEEP:
-            messages.notice(sentences.SLEEPING, 0, 0, 0)
+            error_raising.notice(error_sentences.SLEEPING, 0, 0, 0)
         if kinds & UNMARKED:
-            messages.forget(1 << sentences.NOT_A_MARK)
+            error_raising.forget(1 << error_sentences.NOT_A_MARK)
             warn_of_misnamed(m, offsets)
         reason, number = why_inert(table, m, offsets, kinds)
         if not is_read(table):
             return 0
         if reason >= 0:
-            messages.notice(reason, number, 0, 0)
+            error_raising.notice(reason, number, 0, 0)
         elif kinds & UNMARKED:
-            messages.notice(sentences.ASSUMED, count_dipoles(m, offsets), 0, 0)
+            error_raising.notice(error_sentences.ASSUMED, count_dipoles(m, offsets), 0, 0)
         return 0
 
     return init
@@ -283,7 +283,7 @@ def _compute(checksum: int, offsets: layout.Layout):
         _clear(applied)
         place = memory.error_on_stack()
         apply_forces(model, data, table, kinds, room, passive, stage, place)
-        error = memory.words(place, errors.WORDS)
+        error = memory.words(place, error_numbers.WORDS)
         if error[0] >= 0:
             memory.free_stack(stack)
             _abandon_stack(data, offsets)
@@ -349,7 +349,7 @@ def _reset(checksum: int, offsets: layout.Layout):
             m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
             place = memory.error_on_stack()
             find_error(model, table, acting_kinds(table, m, offsets), True, place)
-            report(memory.words(place, errors.WORDS), model, model)
+            report(memory.words(place, error_numbers.WORDS), model, model)
 
     return reset
 
@@ -361,7 +361,7 @@ def _check_magnetometers(checksum: int, offsets: layout.Layout):
     def init(model, data, instance):
         _ = checksum
         table, place = table_of(model, True), memory.error_on_stack()
-        error = memory.words(place, errors.WORDS)
+        error = memory.words(place, error_numbers.WORDS)
         _find_error_of_sensors(error, model, table, 0, instance)
         report(error, model, model)
         return FAILED if error[0] >= 0 else 0
@@ -379,7 +379,7 @@ def _measure(checksum: int, offsets: layout.Layout):
         d = memory.words(data, memory.UNBOUNDED)
         table = table_of(model, _is_at_start(data, offsets))
         place = memory.error_on_stack()
-        kinds, error = acting_kinds(table, m, offsets), memory.words(place, errors.WORDS)
+        kinds, error = acting_kinds(table, m, offsets), memory.words(place, error_numbers.WORDS)
         _find_error_of_sensors(error, model, table, kinds, instance)
         if error[0] < 0:
             error[0], error[1], error[2] = measure(m, d, offsets, table, kinds, instance)
@@ -408,7 +408,7 @@ def _abandon_stack(data, offsets):
 
     Else later steps by RK4 would take all of their stages for later ones.
     """
-    if messages.handler_of_thread() != 0:
+    if error_raising.handler_of_thread() != 0:
         memory.words(data + offsets.pstack, 1)[0] = 0
         memory.words(data + offsets.pbase, 1)[0] = 0
 
@@ -452,4 +452,4 @@ def _mark_failed(model, data, offsets, later_stage):
 @subroutine
 def _notice_once(notice, number):
     """Report a notice to Python, once per `magnetism` block."""
-    messages.notice(notice, number, 0, 1 << notice)
+    error_raising.notice(notice, number, 0, 1 << notice)

@@ -15,8 +15,8 @@ from magmotor.common.checks import check_array
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import NotNegative, Positive, number, several, shaped
 from magmotor.mjcf.declarations.fields import are_valid
+from magmotor.mjcf.error_sentences import FIELD_RULE
 from magmotor.mjcf.magnets.magnet import SI, Error, Magnet, Units, elements_of
-from magmotor.mjcf.sentences import FIELD_RULE
 from magmotor.mjcf.spec_mark import let_act
 
 Place = mujoco.MjsBody | mujoco.MjsFrame

@@ -24,9 +24,9 @@ from magmotor.mjcf.declared import (
     with_kind,
 )
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.idle import LISTED, idle_elements, listed
 from magmotor.mjcf.langevin.dry_friction import dry_joints
 from magmotor.mjcf.langevin.temperature import MATCH, joined, temperatures
+from magmotor.mjcf.not_acting import LISTED, idle_elements, listed
 from magmotor.mjcf.unit_system import OF_NEODYMIUM, OTHERS, declares_units, doubts, own_units
 from magmotor_plugin import slots
 

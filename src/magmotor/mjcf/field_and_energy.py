@@ -14,12 +14,13 @@ from magmotor.common.arrays import Array
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
-from magmotor.mjcf import layout, memory, messages
+from magmotor.mjcf import error_raising, layout, memory
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations.marks import COUPLINGS
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.declared import couplings, name_of
-from magmotor.mjcf.errors import BEHIND, COINCIDENCE, OUTSIDE, WORDS
+from magmotor.mjcf.error_numbers import BEHIND, COINCIDENCE, OUTSIDE, WORDS
+from magmotor.mjcf.error_reports import report
 from magmotor.mjcf.forces import drives
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
 from magmotor.mjcf.forces.magnetic_energy import energy_of
@@ -31,7 +32,6 @@ from magmotor.mjcf.forces.magnetic_state import (
 )
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
 from magmotor.mjcf.hooks import errors_raised
-from magmotor.mjcf.reports import report
 from magmotor.numerics.numba_cache import compiled_once
 
 
@@ -145,7 +145,7 @@ def _observed(
         with errors_raised():
             result = observe(model._address, data._address, points, fields, dipoles, energy)
     except mujoco.FatalError as error:
-        raise messages.declaration_error(error) from error
+        raise error_raising.declaration_error(error) from error
     total, count, why, point, numeric = result
     if why == OUTSIDE:
         name = name_of(model, "numeric", numeric)

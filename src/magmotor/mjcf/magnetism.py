@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 import mujoco
 
 from magmotor.common.arguments import checked
-from magmotor.mjcf import messages
+from magmotor.mjcf import error_raising
 from magmotor.mjcf.callbacks import compiled_callback, users_callback
 from magmotor.mjcf.hooks import Hook
 from magmotor_plugin.library import library
@@ -210,7 +210,7 @@ class Block:
 
 @contextmanager
 def _acting() -> Iterator[None]:
-    with _hook, messages.recorded_errors():
+    with _hook, error_raising.recorded_errors():
         yield
 
 

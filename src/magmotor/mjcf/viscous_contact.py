@@ -20,7 +20,7 @@ from magmotor.common.arguments import check_flag
 from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number, check_type
 from magmotor.common.exceptions import ArgumentError, InputError
-from magmotor.mjcf import parts
+from magmotor.mjcf import model_parts
 from magmotor.mjcf.lookup import disabled, label, number_of
 
 CONTACT_RATE = 20.0
@@ -143,7 +143,7 @@ class ViscousContact:
             check_type(field, getattr(self, field), str)
         check_flag("bears_load", self.bears_load)
 
-    def add_to(self, description: mujoco.MjSpec | parts.Element) -> None:
+    def add_to(self, description: mujoco.MjSpec | model_parts.Element) -> None:
         """Add the contact pair, not yet calibrated, to a description of a model.
 
         Parameters
@@ -191,7 +191,7 @@ class ViscousContact:
         if self.bears_load:
             model.pair_margin[pair] = _resting_depth(_load(model, normal))
 
-    def complete(self, description: mujoco.MjSpec | parts.Element) -> None:
+    def complete(self, description: mujoco.MjSpec | model_parts.Element) -> None:
         """Write the numbers that `calibrate` sets into a description that has the pair.
 
         The description is compiled once to compute them. Its XML, and models compiled from it
@@ -210,7 +210,7 @@ class ViscousContact:
             model, pair = description.compile(), description.pair(self.name)
         else:
             root = _root(description)
-            model, pair = parts.compiled(root), root.find("contact", self.name)
+            model, pair = model_parts.compiled(root), root.find("contact", self.name)
         self.calibrate(model)
         number = number_of(model, "pair", self.name)
         pair.solreffriction = model.pair_solreffriction[number]
@@ -353,7 +353,7 @@ def _inverse_inertia(model: mujoco.MjModel, sphere: int, choose: Any = np.median
     return 1 / mass + (float(model.geom_size[sphere, 0]) + offset) ** 2 / inertia
 
 
-def _root(description: Any) -> parts.Element:
+def _root(description: Any) -> model_parts.Element:
     """Check that a description is the root of a PyMJCF tree, and return it."""
     if not hasattr(description, "contact"):
         raise ArgumentError(

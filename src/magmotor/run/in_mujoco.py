@@ -16,12 +16,12 @@ from magmotor.common.environment import thread_count
 from magmotor.device.device import Scene
 from magmotor.device.engine import MujocoAdapter
 from magmotor.device.job import CHUNK, Job
-from magmotor.mjcf import parts
+from magmotor.mjcf import model_parts
+from magmotor.mjcf.error_raising import raise_recorded, silence
+from magmotor.mjcf.error_sentences import OF_RUNS
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.langevin import Langevin, record_exchange
 from magmotor.mjcf.magnetism import magnetism
-from magmotor.mjcf.messages import raise_recorded, silence
-from magmotor.mjcf.sentences import OF_RUNS
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
@@ -82,7 +82,7 @@ def _advance(model, splitting, data, motion: MujocoAdapter, state: Array, steps)
     return paths[..., 1:]
 
 
-def compose(scene: Scene, *, visual: bool) -> parts.Element:
+def compose(scene: Scene, *, visual: bool) -> model_parts.Element:
     """Return the scene as a PyMJCF tree, with lights, cameras and decoration if `visual`.
 
     Raises
@@ -128,4 +128,4 @@ def build(scene: Scene, *, visual: bool = False) -> mujoco.MjModel:
 @lru_cache(maxsize=8)
 def _compiled(scene: Scene, visual: bool) -> mujoco.MjModel:
     """Compile a scene once; callers copy the model, which takes a hundredth of the time."""
-    return parts.compiled(compose(scene, visual=visual))
+    return model_parts.compiled(compose(scene, visual=visual))

@@ -10,7 +10,7 @@ a few steps is still mu m g.
 """
 
 from magmotor.devices.ball.scene import BallScene
-from magmotor.mjcf import parts
+from magmotor.mjcf import model_parts
 from magmotor.mjcf.viscous_contact import ViscousContact, bearing
 
 DRY_FRICTION_RATE = 200.0
@@ -18,7 +18,7 @@ DRY_FRICTION_RATE = 200.0
 
 
 def add_contacts(
-    root: parts.Element,
+    root: model_parts.Element,
     scene: BallScene,
     friction: float,
     dry_friction: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -45,7 +45,7 @@ def add_contacts(
         viscous.complete(root)
 
 
-def tune_solver(root: parts.Element, surface: str, friction: float) -> None:
+def tune_solver(root: model_parts.Element, surface: str, friction: float) -> None:
     """Set the solver to the least work that the ball's contacts need.
 
     On the plane, the first Newton step along each line is already as good as a line search.
@@ -55,4 +55,4 @@ def tune_solver(root: parts.Element, surface: str, friction: float) -> None:
     elif friction == 0:
         root.option.flag.constraint = "disable"
     else:
-        parts.solve_in_one_step(root)
+        model_parts.solve_in_one_step(root)

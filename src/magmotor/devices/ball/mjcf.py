@@ -6,10 +6,10 @@ import numpy as np
 
 from magmotor.common.arrays import Array
 from magmotor.devices.ball.scene import BallScene
-from magmotor.mjcf import parts
+from magmotor.mjcf import model_parts
 
 
-def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) -> None:
+def add_ball(root: model_parts.Element, scene: BallScene, inertia: Sequence[float]) -> None:
     """Set the mass, size, magnetic moment and joints of the ball; `inertia` in kg m^2."""
     root.option.gravity = scene.gravity_vector
     if any(scene.background_field):
@@ -27,12 +27,12 @@ def add_ball(root: parts.Element, scene: BallScene, inertia: Sequence[float]) ->
         body.add("joint", name="orientation", type="ball", damping=rotational_drag)
 
 
-def mark(root: parts.Element, scene: BallScene, kinds: str) -> None:
+def mark(root: model_parts.Element, scene: BallScene, kinds: str) -> None:
     """Declare which user numbers, tuples and numerics of the model are magnetic or noise."""
-    parts.mark(root, f"{kinds} fields" if any(scene.background_field) else kinds)
+    model_parts.mark(root, f"{kinds} fields" if any(scene.background_field) else kinds)
 
 
-def start_ball(root: parts.Element, scene: BallScene, qpos: Array) -> None:
+def start_ball(root: model_parts.Element, scene: BallScene, qpos: Array) -> None:
     """Make the ball's initial joint coordinates those of `qpos0`, with which viewers start.
 
     A ball joint cannot have a reference; there, the orientation stays that of the body.
@@ -46,7 +46,7 @@ def start_ball(root: parts.Element, scene: BallScene, qpos: Array) -> None:
             body.find("joint", name).ref = coordinate
 
 
-def _resize(root: parts.Element, radius: float) -> None:
+def _resize(root: model_parts.Element, radius: float) -> None:
     """Scale the sphere, its decoration, and the camera that follows it."""
     body = root.find("body", "ball")
     scale = radius / root.find("geom", "ball").size[0]
@@ -60,13 +60,15 @@ def _resize(root: parts.Element, radius: float) -> None:
     root.find("geom", "ball").size = [radius]  # exactly
 
 
-def size_arrows(root: parts.Element, scale: float) -> None:
+def size_arrows(root: model_parts.Element, scale: float) -> None:
     """Scale the arrows of all rings."""
     for name in ("ring_shaft", "ring_tip"):
         root.find("mesh", name).scale *= scale
 
 
-def draw_ring(root: parts.Element, name: str, positions: np.ndarray, outward: np.ndarray) -> None:
+def draw_ring(
+    root: model_parts.Element, name: str, positions: np.ndarray, outward: np.ndarray
+) -> None:
     """Draw a ring with its dipoles (N, 3), given in its frame, in the material `name`."""
     body = root.find("body", name)
     radius = float(np.linalg.norm(positions[0]))

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from magmotor.device.job import Job
 from magmotor.devices.disk.scene import Disk
 from magmotor.devices.disk.states import DiskStates, start_disk
-from magmotor.mjcf import parts
+from magmotor.mjcf import model_parts
 from magmotor.mjcf.forces.brownian_wrenches import userdata
-from magmotor.mjcf.parts import fit_stage
+from magmotor.mjcf.model_parts import fit_stage
 from magmotor.mjcf.viscous_contact import ViscousContact
 
 
@@ -61,42 +61,42 @@ class DiskAdapter:
 TENDONS = ("slip", "across")
 
 
-def compose_disk(scene: Disk, *, visual: bool) -> parts.Element:
+def compose_disk(scene: Disk, *, visual: bool) -> model_parts.Element:
     """Return the disk as a PyMJCF tree, with decoration if `visual`."""
-    root = parts.load("disk", visual=visual)
+    root = model_parts.load("disk", visual=visual)
     root.option.gravity = [0, 0, 0]
     if visual:
         _fit_floor(root)
     _set_inertia(root.find("body", "disk"), scene)
     _add_noise_and_potential(root, scene)
-    parts.mark(root, "noise potentials")
+    model_parts.mark(root, "noise potentials")
     _add_friction(root, scene)
     if not visual:
         damped = root.tendon.fixed or any(scene.drags)
-        parts.disable_unused(root, keep=("damper",) if damped else ())
+        model_parts.disable_unused(root, keep=("damper",) if damped else ())
         if root.find("contact", "viscous") is None:
             root.option.flag.set_attributes(constraint="disable", contact="disable")
         else:
-            parts.solve_in_one_step(root)
+            model_parts.solve_in_one_step(root)
     qpos, qvel = joints(start_disk(scene))
     root.keyframe.add("key", name="start", qpos=qpos[0], qvel=qvel[0])
     return root
 
 
-def _fit_floor(root: parts.Element) -> None:
+def _fit_floor(root: model_parts.Element) -> None:
     """Fit the stage, with an infinite floor, since the disk travels far."""
     fit_stage(root, [0, 0, 1], 3.0)
     root.find("geom", "floor").size = [0, 0, 0.5]
     root.find("material", "grid").texrepeat = [2, 2]
 
 
-def _set_inertia(body: parts.Element, scene: Disk) -> None:
+def _set_inertia(body: model_parts.Element, scene: Disk) -> None:
     mass, inertia = scene.masses
     across = inertia / 2  # as for a thin disk; it has no effect
     body.add("inertial", pos=[0, 0, 0], mass=mass, diaginertia=[across, inertia, across])
 
 
-def _add_noise_and_potential(root: parts.Element, scene: Disk) -> None:
+def _add_noise_and_potential(root: model_parts.Element, scene: Disk) -> None:
     """Write noise and potential to the user fields that the compiled callback reads."""
     if scene.noise > 0:
         rows = [(force, 0, 0, 0, -torque, 0) for force, torque in scene.noise_matrix.T]
@@ -105,7 +105,7 @@ def _add_noise_and_potential(root: parts.Element, scene: Disk) -> None:
         root.find("joint", "x").user = np.ravel(scene.coefficients)
 
 
-def _add_friction(root: parts.Element, scene: Disk) -> None:
+def _add_friction(root: model_parts.Element, scene: Disk) -> None:
     for name, drag in zip(("x", "theta"), scene.drags, strict=True):
         if drag:
             root.find("joint", name).damping = drag

@@ -14,12 +14,12 @@ from magmotor.devices.ball.scene import ring_dipoles
 from magmotor.devices.motor.heat_and_work import heat_and_work_sums
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates, start_motor
-from magmotor.mjcf import parts
+from magmotor.mjcf import model_parts
 from magmotor.mjcf.forces.brownian_wrenches import userdata
-from magmotor.mjcf.parts import fit_stage
+from magmotor.mjcf.model_parts import fit_stage
 
 
-def decorate(root: parts.Element, scene: Motor) -> None:
+def decorate(root: model_parts.Element, scene: Motor) -> None:
     """Draw the rings and fit lights and cameras to a scene."""
     size_arrows(root, scene.inner_radius * min(1.0, 20 / scene.inner_dipoles))
     draw_ring(root, "inner_ring", *scene.inner_dipole_frame())
@@ -32,7 +32,7 @@ def decorate(root: parts.Element, scene: Motor) -> None:
     fit_stage(root, [0.0, 0.0, highest / 2], radius)
 
 
-def _mark(root: parts.Element, radius: float) -> None:
+def _mark(root: model_parts.Element, radius: float) -> None:
     """Mark the first dipole of the inner ring to make its yaw visible."""
     bead = root.find("geom", "inner_mark")
     bead.pos, bead.size = [radius, 0.0, 0.0], radius * bead.size
@@ -96,7 +96,7 @@ class MotorAdapter:
         return self.coordinates.states(time, qpos, qvel, sums)
 
 
-def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
+def compose_motor(scene: Motor, *, visual: bool) -> model_parts.Element:
     """Compose the motor as one PyMJCF tree, decorated if `visual`.
 
     Raises
@@ -107,7 +107,7 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     if scene.load_torque:
         sentence = "must be zero in MuJoCo, which has no force around an axis; use another engine"
         raise ArgumentError("load_torque", scene.load_torque, sentence)
-    root = parts.load("motor", visual=visual)
+    root = model_parts.load("motor", visual=visual)
     if visual:
         decorate(root, scene)
     add_ball(root, scene, 3 * [scene.ball_inertia])
@@ -117,7 +117,7 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     mark(root, scene, "dipoles couplings noise")
     if not visual:
         damped = scene.friction_ring or scene.drag or scene.rotational_drag
-        parts.disable_unused(root, keep=("damper",) * bool(damped))
+        model_parts.disable_unused(root, keep=("damper",) * bool(damped))
         tune_solver(root, scene.surface, scene.friction_ball)
     qpos, qvel = MotorCoordinates(scene).joints(start_motor(scene))
     start_ball(root, scene, qpos[0])
@@ -126,17 +126,19 @@ def compose_motor(scene: Motor, *, visual: bool) -> parts.Element:
     return root
 
 
-def _place_rings(root: parts.Element, scene: Motor) -> None:
+def _place_rings(root: model_parts.Element, scene: Motor) -> None:
     inner, outer = (root.find("body", name) for name in ("inner_ring", "outer_ring"))
     inner.pos = [0.0, 0.0, scene.inner_height]
     outer.pos = [0.0, 0.0, scene.outer_height]
     inner.add("inertial", pos=[0, 0, 0], mass=scene.inner_mass, diaginertia=scene.inner_moments)
     root.find("joint", "inner_ring").damping = scene.friction_ring or None
-    parts.add_dipoles(inner, scene.moment, *scene.inner_dipole_frame())
-    parts.add_dipoles(outer, scene.moment, *ring_dipoles(scene.outer_dipoles, scene.outer_radius))
+    model_parts.add_dipoles(inner, scene.moment, *scene.inner_dipole_frame())
+    model_parts.add_dipoles(
+        outer, scene.moment, *ring_dipoles(scene.outer_dipoles, scene.outer_radius)
+    )
 
 
-def _couple(root: parts.Element, factor: float) -> None:
+def _couple(root: model_parts.Element, factor: float) -> None:
     """Multiply the forces between ball and inner ring by `factor`."""
     if factor != 1:
         pair = root.custom.add("tuple", name="coupling_ball_inner_ring")
@@ -144,7 +146,7 @@ def _couple(root: parts.Element, factor: float) -> None:
             pair.add("element", objtype="body", objname=body, prm=factor)
 
 
-def _drive(root: parts.Element, scene: Motor) -> None:
+def _drive(root: model_parts.Element, scene: Motor) -> None:
     """Write the noise to the user data that the compiled callback reads.
 
     The noise of the ball acts at its contact point, so that it includes the torque -r e_z x force.

@@ -11,11 +11,11 @@ from magmotor.devices.ball.mjcf import add_ball, draw_ring, mark, size_arrows, s
 from magmotor.devices.ball.states import axes
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates, start
-from magmotor.mjcf import parts
-from magmotor.mjcf.parts import fit_stage
+from magmotor.mjcf import model_parts
+from magmotor.mjcf.model_parts import fit_stage
 
 
-def decorate(root: parts.Element, scene: Top) -> None:
+def decorate(root: model_parts.Element, scene: Top) -> None:
     """Draw the ring and fit lights and cameras to a scene."""
     size_arrows(root, scene.ring_radius * min(1.0, 20 / scene.ring_dipoles))
     draw_ring(root, "ring", *scene.ring_dipole_frame())
@@ -61,9 +61,9 @@ class BallAdapter:
         return BallStates(time=time, axis=axes(vectors["orientation"]), **vectors)
 
 
-def compose_top(scene: Top, *, visual: bool) -> parts.Element:
+def compose_top(scene: Top, *, visual: bool) -> model_parts.Element:
     """Compose the top as one PyMJCF tree, decorated if `visual`."""
-    root = parts.load("top", visual=visual)
+    root = model_parts.load("top", visual=visual)
     if visual:
         decorate(root, scene)
     add_ball(root, scene, scene.inertia)
@@ -75,7 +75,9 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
     _add_torsion(root, scene.torsional_damping)
     _place_ring(root.find("body", "ring"), scene)
     if not visual:
-        parts.disable_unused(root, keep=("damper",) * bool(scene.drag or scene.rotational_drag))
+        model_parts.disable_unused(
+            root, keep=("damper",) * bool(scene.drag or scene.rotational_drag)
+        )
         tune_solver(root, scene.surface, scene.friction)
     coordinates = BallCoordinates(scene.surface, scene.ball_radius)
     qpos, qvel = coordinates.joints(start(scene))
@@ -85,7 +87,7 @@ def compose_top(scene: Top, *, visual: bool) -> parts.Element:
     return root
 
 
-def _add_torsion(root: parts.Element, damping: float) -> None:
+def _add_torsion(root: model_parts.Element, damping: float) -> None:
     """Add a torque about the vertical, in proportion to the angular velocity about it."""
     if damping:
         root.worldbody.add("site", name="floor", dclass="dipole", user=[0.0])
@@ -95,6 +97,6 @@ def _add_torsion(root: parts.Element, damping: float) -> None:
         )  # fmt: skip
 
 
-def _place_ring(body: parts.Element, scene: Top) -> None:
+def _place_ring(body: model_parts.Element, scene: Top) -> None:
     body.pos, body.quat = placed_ring(scene, 0.0)
-    parts.add_dipoles(body, scene.moment, *scene.ring_dipole_frame())
+    model_parts.add_dipoles(body, scene.moment, *scene.ring_dipole_frame())

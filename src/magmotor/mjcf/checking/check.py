@@ -14,13 +14,13 @@ from magmotor.common.arrays import Array
 from magmotor.common.checks import check_number
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.findings import Failure, failures
-from magmotor.mjcf.checking.order import require_order
+from magmotor.mjcf.checking.all_findings import Failure, failures
+from magmotor.mjcf.checking.element_order import require_order
 from magmotor.mjcf.describe import Description, describe, elsewhere
-from magmotor.mjcf.idle import renamed
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.lookup import INTEGRATORS
-from magmotor.mjcf.parts import compiled
+from magmotor.mjcf.model_parts import compiled
+from magmotor.mjcf.not_acting import renamed
 from magmotor.mjcf.unit_system import own_units
 
 SOUND = "nothing to fix"

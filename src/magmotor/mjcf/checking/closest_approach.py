@@ -12,6 +12,7 @@ from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
 from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
 from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.dipole_depth import Side
 from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
     bounding_radii,
@@ -25,7 +26,6 @@ from magmotor.mjcf.checking.groups_of_pairs import groups_of_pairs
 from magmotor.mjcf.checking.joint_limits import SoftLimit, softest_limit
 from magmotor.mjcf.checking.rails import repel_on_rail
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
-from magmotor.mjcf.checking.side import Side
 from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.swept import limited_joints, swept_gaps, swept_joints

@@ -17,7 +17,7 @@ from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction, attraction_of_images, pull_of
 from magmotor.mjcf.checking.contact_rule import Approach
-from magmotor.mjcf.checking.side import Side
+from magmotor.mjcf.checking.dipole_depth import Side
 from magmotor.mjcf.checking.stand_off import Stand
 from magmotor.mjcf.checking.strengths import Magnet
 

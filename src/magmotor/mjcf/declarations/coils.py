@@ -28,7 +28,7 @@ from magmotor.mjcf.declarations.custom import (
     tuple_starts_with,
 )
 from magmotor.mjcf.declarations.table import COILS, SITES, add_row, coils, refuse, sites
-from magmotor.mjcf.errors import COIL, set_error
+from magmotor.mjcf.error_numbers import COIL, set_error
 from magmotor.numerics.subroutine import subroutine
 
 PREFIX = tuple(b"coil")

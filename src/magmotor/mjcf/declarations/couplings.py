@@ -12,7 +12,7 @@ import math
 
 from magmotor.mjcf.declarations.custom import BODY, element, elements_of, tuple_starts_with
 from magmotor.mjcf.declarations.table import COUPLINGS, add_row, couplings, refuse
-from magmotor.mjcf.errors import COUPLING, set_error
+from magmotor.mjcf.error_numbers import COUPLING, set_error
 from magmotor.numerics.subroutine import subroutine
 
 PREFIX = tuple(b"coupling")

@@ -17,7 +17,7 @@ BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TEXT, TUPLE = 1, 3, 5, 6, 19
 """mjOBJ_BODY and so on."""
 
 FEW, FIRST, KIND, MISNAMED, SHAPE, DELAY, PRM, REPEATED, CONTAINED, SECOND = range(10)
-"""Rules that the elements of a tuple can break; `sentences.py` has the sentences."""
+"""Rules that the elements of a tuple can break; `error_sentences.py` has the sentences."""
 
 
 @subroutine

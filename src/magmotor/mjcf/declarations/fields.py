@@ -37,7 +37,7 @@ from magmotor.mjcf.declarations.custom import (
     tuple_starts_with,
 )
 from magmotor.mjcf.declarations.table import FIELDS, add_row, fields, refuse
-from magmotor.mjcf.errors import FIELD, FIELD_TUPLE, set_error
+from magmotor.mjcf.error_numbers import FIELD, FIELD_TUPLE, set_error
 from magmotor.numerics.cubic_convolution import FEWEST
 from magmotor.numerics.subroutine import subroutine
 

@@ -32,7 +32,7 @@ from magmotor.mjcf.declarations.table import (
     planes,
     refuse,
 )
-from magmotor.mjcf.errors import COUPLED_IRON, IRON, MATERIAL, SIZE, set_error
+from magmotor.mjcf.error_numbers import COUPLED_IRON, IRON, MATERIAL, SIZE, set_error
 from magmotor.numerics.subroutine import subroutine
 
 PREFIX = tuple(b"iron")

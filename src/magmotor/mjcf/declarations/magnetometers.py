@@ -8,7 +8,7 @@ import numpy as np
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import SITE
 from magmotor.mjcf.declarations.table import MAGNETOMETERS, add_row, magnetometers
-from magmotor.mjcf.errors import NO_SITE, set_error
+from magmotor.mjcf.error_numbers import NO_SITE, set_error
 from magmotor.numerics.subroutine import subroutine
 
 

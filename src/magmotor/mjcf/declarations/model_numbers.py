@@ -15,7 +15,7 @@ import math
 
 from magmotor.mjcf.declarations.custom import numbers_of, numeric_named
 from magmotor.mjcf.declarations.table import header
-from magmotor.mjcf.errors import CONSTANT, TOLERANCE, set_error
+from magmotor.mjcf.error_numbers import CONSTANT, TOLERANCE, set_error
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.subroutine import subroutine
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from magmotor.mjcf import errors, layout, memory
-from magmotor.mjcf.declarations import elements, valid_indices
-from magmotor.mjcf.declarations.elements import (
+from magmotor.mjcf import error_numbers, layout, memory
+from magmotor.mjcf.declarations import all_elements, valid_indices
+from magmotor.mjcf.declarations.all_elements import (
     check_elements,
     elements_are_checkable,
     elements_are_readable,
@@ -51,7 +51,7 @@ from magmotor.mjcf.declarations.user_numbers import (
     invalid_row,
 )
 from magmotor.mjcf.declarations.valid_indices import invalid_index
-from magmotor.mjcf.late import loading_failed
+from magmotor.mjcf.late_functions import loading_failed
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.subroutine import subroutine
 
@@ -111,7 +111,7 @@ def bind_others() -> None:
     memory.bind_variable("magmotor_empty_table_address", _address_of_empty)
     memory.bind_variable("magmotor_unreadable_table_address", _address_of_unreadable)
     memory.bind_variable("magmotor_reader_address", _address)
-    elements.bind()
+    all_elements.bind()
 
 
 def bind_check() -> None:
@@ -179,7 +179,7 @@ def compiled(checksum: int, offsets: layout.Layout):
         if table == 0:
             table = _read(m, offsets)
             if table == 0:
-                header(_empty_address()).error = errors.UNLOADED if loading_failed() else -1
+                header(_empty_address()).error = error_numbers.UNLOADED if loading_failed() else -1
                 return _empty_address()
             header(table).fingerprint = fingerprint
             # Should another thread do the same now, one of the tables is not found again.
@@ -200,7 +200,7 @@ def _read(m, offsets):
     kinds = marked_kinds(m, offsets)
     header(table).kinds, header(table).instance = kinds, plugin_instance(m, offsets)
     if kinds == WRONG:
-        refuse(table, True, errors.MARK, -1)
+        refuse(table, True, error_numbers.MARK, -1)
         kinds = 0
     complete = True
     # Most models declare sites only: what reads tuples is compiled when one has some.
@@ -253,14 +253,14 @@ def _find_error(checksum: int, offsets: layout.Layout):
 
     def find_error(model, table, kinds, thorough, place):
         _ = checksum
-        m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, errors.WORDS)
+        m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, error_numbers.WORDS)
         found = error_in(table)
-        for k in range(errors.WORDS):
+        for k in range(error_numbers.WORDS):
             error[k] = found[k]
         if header(table).kinds == UNREADABLE:
             room = memory.details_on_stack()
             field = invalid_index(model, room)
-            errors.set_error(error, errors.INDEX, field, memory.words(room, 1)[0])
+            error_numbers.set_error(error, error_numbers.INDEX, field, memory.words(room, 1)[0])
         elif error[0] < 0 and kinds >= 0:
             _check_numbers(error, table, m, offsets, kinds, thorough)
 
@@ -273,14 +273,14 @@ def _check_numbers(error, table, m, offsets, kinds, thorough):
     if kinds & DIPOLES:
         site = invalid_moment(m, offsets)
         if site >= 0:
-            errors.set_error(error, errors.MOMENT, site)
+            error_numbers.set_error(error, error_numbers.MOMENT, site)
     if error[0] < 0 and kinds & NOISE:
         body = invalid_row(m, offsets)
         if body >= 0:
-            errors.set_error(error, errors.WRENCH, body)
+            error_numbers.set_error(error, error_numbers.WRENCH, body)
     if error[0] < 0 and kinds & POTENTIALS:
         joint = invalid_potential(m, offsets)
         if joint >= 0:
-            errors.set_error(error, errors.POTENTIAL, joint)
+            error_numbers.set_error(error, error_numbers.POTENTIAL, joint)
     if error[0] < 0 and _has_elements(m, offsets) and elements_are_checkable():
         check_elements((m.ctypes.data, table, kinds, thorough, error.ctypes.data))

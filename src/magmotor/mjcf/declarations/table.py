@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.errors import WORDS, set_error
+from magmotor.mjcf.error_numbers import WORDS, set_error
 from magmotor.numerics.subroutine import subroutine
 
 
@@ -54,9 +54,9 @@ SECTIONS = COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, MAGNETOMETER
 
 HEADER = columns("fingerprint next kinds error first second rule other instance tolerance constant")
 """The header: the fingerprint of the structure; the address of another table, or 0; the bits of the
-mark, or `WRONG` or `UNREADABLE`; the words of an error (see `magmotor.mjcf.errors`); the first
-instance of the plugin, and the numerics of the tolerance and of the magnetic constant. The first
-words of the sections follow, and that of what is after the last one."""
+mark, or `WRONG` or `UNREADABLE`; the words of an error (see `magmotor.mjcf.error_numbers`); the
+first instance of the plugin, and the numerics of the tolerance and of the magnetic constant. The
+first words of the sections follow, and that of what is after the last one."""
 
 STARTS, WORDS_OF_HEADER = len(HEADER), len(HEADER) + len(SECTIONS) + 1
 _ERROR = HEADER.names.index("error")

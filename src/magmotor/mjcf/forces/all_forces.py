@@ -7,7 +7,7 @@ import ctypes
 
 from numba import types
 
-from magmotor.mjcf import errors, layout, memory
+from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
 from magmotor.mjcf.declarations.reader import find_error
@@ -19,7 +19,7 @@ from magmotor.mjcf.forces.brownian_wrenches import (
 )
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces
 from magmotor.mjcf.forces.magnetic_wrenches import set_dipole_wrenches, set_magnetic_wrenches
-from magmotor.mjcf.late import LateFunction, loading_failed
+from magmotor.mjcf.late_functions import LateFunction, loading_failed
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 
@@ -99,7 +99,7 @@ def _forward(checksum: int):
             # Fields, coils and iron are compiled when a first model has them.
             if _all_are_ready():
                 return _all(arguments)
-            memory.words(error, 1)[0] = errors.UNLOADED if loading_failed() else -1
+            memory.words(error, 1)[0] = error_numbers.UNLOADED if loading_failed() else -1
             return UNKNOWN
         return _forces_of_dipoles(arguments)
 
@@ -112,7 +112,7 @@ def _apply_forces(checksum: int, offsets: layout.Layout, everything: bool):
 
     def apply_forces(model, data, table, kinds, applied, generalized, later, error):
         _ = checksum
-        words = memory.words(error, errors.WORDS)
+        words = memory.words(error, error_numbers.WORDS)
         wrenches = memory.numbers(applied, memory.UNBOUNDED, 6)
         forces = memory.numbers(generalized, 1, memory.UNBOUNDED)[0]
         # Numbers may have changed since the last step; those of large tables are read once.
@@ -121,7 +121,7 @@ def _apply_forces(checksum: int, offsets: layout.Layout, everything: bool):
             return 0
         m, d = memory.words(model, memory.UNBOUNDED), memory.words(data, memory.UNBOUNDED)
         # Noise clears the rows of its bodies, before magnetism fills some of them.
-        acting, found = 0, errors.NO_ERROR
+        acting, found = 0, error_numbers.NO_ERROR
         if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             found = _begin_noise(model, data, m, d, offsets, wrenches)
         if found[0] < 0 and (kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0)):
@@ -143,7 +143,11 @@ def _begin_noise(model, data, m, d, offsets, applied):
     """Set the wrenches of bodies with noise to zero; return an error in what selects the noise."""
     invalid = clear_driven_bodies(m, d, offsets, applied)
     if invalid >= 0:
-        return errors.PATH, invalid, -1
+        return error_numbers.PATH, invalid, -1
     if not noise_is_ready() and loading_failed():
-        return errors.UNLOADED, -1, -1
-    return errors.NO_ERROR if has_step_number(model, data, offsets) else (errors.TIME, -1, -1)
+        return error_numbers.UNLOADED, -1, -1
+    return (
+        error_numbers.NO_ERROR
+        if has_step_number(model, data, offsets)
+        else (error_numbers.TIME, -1, -1)
+    )

@@ -21,7 +21,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.late import LateFunction
+from magmotor.mjcf.late_functions import LateFunction
 from magmotor.noise import COARSEST, HELD, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine

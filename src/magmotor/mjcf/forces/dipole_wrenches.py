@@ -37,7 +37,7 @@ from magmotor.mjcf.forces.dipole_table import (
     padded,
 )
 from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
-from magmotor.mjcf.late import LateFunction
+from magmotor.mjcf.late_functions import LateFunction
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 

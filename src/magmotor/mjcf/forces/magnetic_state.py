@@ -13,7 +13,7 @@ from magmotor.mjcf.declarations import table as declared
 from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
 from magmotor.mjcf.declarations.model_numbers import moment_scale
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
-from magmotor.mjcf.errors import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
+from magmotor.mjcf.error_numbers import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
 from magmotor.mjcf.forces import applied_fields as applied
 from magmotor.mjcf.forces.applied_fields import NAME, acts_on, field_and_gradient, read_fields
 from magmotor.mjcf.forces.clusters import cluster_bytes

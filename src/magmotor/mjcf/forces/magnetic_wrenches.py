@@ -10,7 +10,7 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import UNIFORM
 from magmotor.mjcf.declarations.model_numbers import tolerance_of
-from magmotor.mjcf.errors import COINCIDENCE, NO_ERROR, OUTSIDE
+from magmotor.mjcf.error_numbers import COINCIDENCE, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import NAME, OWNER, acts_on, field_and_gradient
 from magmotor.mjcf.forces.coupling_factors import coupling_factor

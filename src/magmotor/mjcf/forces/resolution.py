@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.errors import NO_ERROR, OVERLAP
+from magmotor.mjcf.error_numbers import NO_ERROR, OVERLAP
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
 from magmotor.numerics.subroutine import subroutine
 

@@ -1,1 +1,1 @@
-"""The Langevin splitting BAOAB for MuJoCo models."""
+"""Langevin dynamics of MuJoCo models by splittings."""

@@ -23,21 +23,12 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Count, floats, integer, several
 from magmotor.mjcf import hooks
 from magmotor.mjcf.forces.magnetic_state import stack_bytes
-from magmotor.mjcf.langevin.baths import (
-    doubt,
-    read_kT,
-)
+from magmotor.mjcf.langevin.baths import doubt, read_kT
 from magmotor.mjcf.langevin.friction import Friction
-from magmotor.mjcf.langevin.in_pieces import BY_TIME, Steps, Taken, on_threads, pieces
 from magmotor.mjcf.langevin.linear_limit import largest_timestep
-from magmotor.mjcf.langevin.lone_motion import (
-    LoneBodies,
-    LoneRoom,
-    room_for_lone_bodies,
-)
-from magmotor.mjcf.langevin.own_model import (
-    table_of,
-)
+from magmotor.mjcf.langevin.lone_motion import LoneBodies, LoneRoom, room_for_lone_bodies
+from magmotor.mjcf.langevin.loop_calls import BY_TIME, Steps, Taken, on_threads, pieces
+from magmotor.mjcf.langevin.own_model import table_of
 from magmotor.mjcf.langevin.prepared import prepared_lone_bodies, prepared_tree
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 from magmotor.mjcf.langevin.samples import LangevinDiverged, dataset_of, read_sampling
@@ -45,8 +36,8 @@ from magmotor.mjcf.langevin.splitting_loop import compiled
 from magmotor.mjcf.langevin.supported import check_numbers
 from magmotor.mjcf.langevin.tree import Room, room_for
 from magmotor.mjcf.lookup import potential_checksum
-from magmotor.mjcf.overwritten import note_wrenches
 from magmotor.mjcf.unit_system import declares_units
+from magmotor.mjcf.wrench_owners import note_wrenches
 from magmotor.noise import LARGEST_STEP, BrownianPath
 from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.splittings import LANGEVIN

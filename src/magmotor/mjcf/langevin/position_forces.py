@@ -7,9 +7,9 @@ from numba import types
 
 from magmotor.mjcf import binding, memory
 from magmotor.mjcf.declarations.reader import table_of
-from magmotor.mjcf.errors import WORDS
+from magmotor.mjcf.error_numbers import WORDS
+from magmotor.mjcf.error_reports import report
 from magmotor.mjcf.forces.all_forces import apply_forces
-from magmotor.mjcf.reports import report
 from magmotor.numerics.subroutine import subroutine
 
 _word, _int = types.int64, types.int32

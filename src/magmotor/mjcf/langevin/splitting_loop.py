@@ -21,13 +21,13 @@ from magmotor.mjcf.langevin.free_motion import (
     update_position,
 )
 from magmotor.mjcf.langevin.friction_and_noise import damp_and_drive
-from magmotor.mjcf.langevin.in_pieces import LOST
 from magmotor.mjcf.langevin.lone_motion import (
     compute_lone_forces,
     damp_and_drive_lone_bodies,
     kick_lone_bodies,
     move_lone_bodies,
 )
+from magmotor.mjcf.langevin.loop_calls import LOST
 from magmotor.mjcf.langevin.position_forces import (
     add_own_forces,
     compute_forces,

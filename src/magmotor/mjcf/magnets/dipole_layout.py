@@ -14,7 +14,7 @@ import numpy as np
 from magmotor import dipoles
 from magmotor.common.arrays import Array, Integers
 from magmotor.common.exceptions import ArgumentError
-from magmotor.mjcf.magnets.bodies import Cuboid, Orders, Tube
+from magmotor.mjcf.magnets.shapes import Cuboid, Orders, Tube
 from magmotor.numerics.magnet_shapes import Cloud
 
 LIMIT = 1000

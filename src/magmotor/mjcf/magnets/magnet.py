@@ -16,17 +16,9 @@ from magmotor.common.checks import check_array, check_choice, check_number
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import Positive, number, numbers
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
-from magmotor.mjcf.magnets.bodies import Ball, Cuboid, Tube
 from magmotor.mjcf.magnets.dipole_layout import smallest_layout
 from magmotor.mjcf.magnets.grades import GRADES, NDFEB
-
-SIZES = {
-    "cuboid": ("edge along x", "edge along y", "edge along z"),
-    "cylinder": ("diameter", "height"),
-    "ring": ("inner diameter", "outer diameter", "height"),
-    "sphere": ("diameter",),
-}
-"""Shapes, and the lengths that each one's size consists of."""
+from magmotor.mjcf.magnets.shapes import SIZES, Body, body_of
 
 DRAWN = 0.04
 """Radius at which a site is drawn, in units of the magnet's smallest extent."""
@@ -36,7 +28,6 @@ LARGE = 1.0
 
 Error = Annotated[float, number(at_least=1e-6, below=1)]
 Units = Annotated[tuple[float, float, float], numbers(3, at_least=1e-30, below=1e30)]
-Body = Cuboid | Tube | Ball
 
 SI = 1.0, 1.0, 1.0
 """Units of length, mass and moment in m, kg and A m^2."""
@@ -106,11 +97,7 @@ class Magnet:
 
     @property
     def _body(self) -> Body:
-        if self.shape == "cuboid":
-            return Cuboid(*self.size)
-        if self.shape == "sphere":
-            return Ball(*self.size)
-        return Tube(0.0, *self.size) if self.shape == "cylinder" else Tube(*self.size)
+        return body_of(self.shape, self.size)
 
     @checked
     def dipoles(self, error: Error, gap: Positive) -> tuple[Array, Array]:

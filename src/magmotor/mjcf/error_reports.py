@@ -7,7 +7,7 @@ import math
 
 from numba import types
 
-from magmotor.mjcf import errors, layout, memory, messages, sentences
+from magmotor.mjcf import error_numbers, error_raising, error_sentences, layout, memory
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations.custom import (
     BODY,
@@ -74,7 +74,7 @@ _name = types.ExternalFunction("mj_id2name", types.int64(types.int64, types.int3
 
 def bind() -> None:
     """Bind what this module compiles separately, and what that calls, to symbols."""
-    messages.bind()
+    error_raising.bind()
     drives.bind()
     reader.bind_others()
     memory.bind_mujoco("mj_id2name")
@@ -100,7 +100,7 @@ def _compiled_report(checksum: int, offsets: layout.Layout):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
-        _report_error(memory.words(error, errors.WORDS), m, d, offsets)
+        _report_error(memory.words(error, error_numbers.WORDS), m, d, offsets)
 
     return report
 
@@ -110,11 +110,11 @@ def _report_error(error, m, d, offsets):
     """Look up the names and numbers that the sentence of an error has, and raise it."""
     model, number, first, second = m.ctypes.data, error[0], error[1], error[2]
     place = memory.details_on_stack()
-    details = memory.numbers(place, 1, errors.DETAILS)[0]
-    if number == errors.MARK:
+    details = memory.numbers(place, 1, error_numbers.DETAILS)[0]
+    if number == error_numbers.MARK:
         text, config = marks_of(m, offsets)
-        messages.fail(number, 0, text, 0, config, place)
-    elif number in (errors.COIL, errors.FIELD_TUPLE, errors.IRON):
+        error_raising.fail(number, 0, text, 0, config, place)
+    elif number in (error_numbers.COIL, error_numbers.FIELD_TUPLE, error_numbers.IRON):
         _report_tuple(error, m, offsets, details, place)
     elif number >= 0:
         _find_details(error, m, d, offsets, details)
@@ -129,53 +129,53 @@ def _report_error(error, m, d, offsets):
             if second >= nsite:
                 other, second, details[0] = GEOM, second - nsite, details[0] + 2.0
         names = _name(model, one, first), _name(model, other, second)
-        messages.fail(number, first, names[0], second, names[1], place)
+        error_raising.fail(number, first, names[0], second, names[1], place)
 
 
 @subroutine(forceinline=True)
 def _find_details(error, m, d, offsets, details):
     """Write the numbers that the sentence of an error has, besides those of its elements."""
     number, first = error[0], error[1]
-    if number == errors.TIME:
+    if number == error_numbers.TIME:
         details[0] = memory.numbers(d.ctypes.data + offsets.time, 1, 1)[0, 0]
-    elif number == errors.PATH:
+    elif number == error_numbers.PATH:
         details[0] = userdata_at(d, offsets, first)
-    elif number == errors.INDEX:
+    elif number == error_numbers.INDEX:
         found = memory.details_on_stack()
         invalid_index(m.ctypes.data, found)
         for k in range(3):
             details[k] = memory.words(found, 4)[1 + k]
-    elif number == errors.MATERIAL:
+    elif number == error_numbers.MATERIAL:
         numbers = numbers_of(first, m, offsets)
         details[0] = numbers[0] if len(numbers) > 0 else math.nan
-    elif number == errors.OUTSIDE:
+    elif number == error_numbers.OUTSIDE:
         _locate(first, error[2], m, d, offsets, details)
 
 
 @subroutine
 def warn_of_motion(body, other, model):
     """Report a body that jumped, or sank into another one, and no others of this run."""
-    which, other_name = sentences.UNRESOLVED, 0
+    which, other_name = error_sentences.UNRESOLVED, 0
     if other >= 0:
-        which, other_name = sentences.SUNKEN, _name(model, BODY, other)
+        which, other_name = error_sentences.SUNKEN, _name(model, BODY, other)
     name = _name(model, BODY, body)
-    messages.notice(which, body, name, sentences.OF_RUNS, other, other_name)
+    error_raising.notice(which, body, name, error_sentences.OF_RUNS, other, other_name)
 
 
 @subroutine
 def warn_of_overwritten(body, model):
     """Report a body whose `xfrc_applied` the user set, once per `magnetism` block."""
-    which = sentences.OVERWRITTEN
-    messages.notice(which, body, _name(model, BODY, body), 1 << which)
+    which = error_sentences.OVERWRITTEN
+    error_raising.notice(which, body, _name(model, BODY, body), 1 << which)
 
 
 @subroutine
 def warn_of_misnamed(m, offsets):
     """Report the first text with the words and nearly the name of a mark, once per block."""
-    which = sentences.NOT_A_MARK
+    which = error_sentences.NOT_A_MARK
     for text in range(m[offsets.ntext // 8]):
         if has_words_of_mark(text, m, offsets):
-            messages.notice(which, text, _name(m.ctypes.data, TEXT, text), 1 << which)
+            error_raising.notice(which, text, _name(m.ctypes.data, TEXT, text), 1 << which)
 
 
 @subroutine
@@ -188,7 +188,7 @@ def _report_tuple(error, m, offsets, details, place):
         details[2], details[3] = kind, prm
         name = _name(m.ctypes.data, kind, named)
     position = i - elements_of(k, m, offsets).start
-    messages.fail(error[0], k, _name(m.ctypes.data, TUPLE, k), position, name, place)
+    error_raising.fail(error[0], k, _name(m.ctypes.data, TUPLE, k), position, name, place)
 
 
 @subroutine

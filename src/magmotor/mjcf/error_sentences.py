@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 import mujoco
 import numpy as np
 
-from magmotor.mjcf import errors
+from magmotor.mjcf import error_numbers
 from magmotor.mjcf.declarations import custom
 from magmotor.mjcf.declarations.marks import WORDS
 from magmotor.mjcf.declarations.valid_indices import APART_FIELDS, FIELDS, SIZES, TEXTS
@@ -213,76 +213,76 @@ _OF_IRON = {
 """What is wrong with an element: {0} is another tuple, {1} the element's `prm`."""
 
 _OF_ERRORS: dict[int, Callable[..., str]] = {
-    errors.COINCIDENCE: _coincidence,
-    errors.OUTSIDE: _outside,
-    errors.BEHIND: (
+    error_numbers.COINCIDENCE: _coincidence,
+    error_numbers.OUTSIDE: _outside,
+    error_numbers.BEHIND: (
         lambda number, name, body, of_body, details: (
             f"{_dipole(number, name, bool(details[0]))} is below the plane of iron (on body"
             f" {body} {of_body!r}), where mirror images do not give the field; mm.check(model)"
             " says what keeps it above"
         )
     ),
-    errors.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
-    errors.UNSOLVED: _of_dipole(
+    error_numbers.MERGED: _of_dipole("has its center at a dipole, where the field is not finite"),
+    error_numbers.UNSOLVED: _of_dipole(
         "is so close to other iron, or to its image in a plane, that one dipole each does not"
         " describe them: such dipoles would magnetize each other without any field; put the geoms"
         " farther apart, or make one geom of them"
     ),
-    errors.COIL: _tuple_error("coil", _OF_COILS),
-    errors.FIELD: ("numeric {} {!r}: a field " + FIELD_RULE).format,
-    errors.FIELD_TUPLE: _tuple_error("field", _OF_FIELDS),
-    errors.IRON: _tuple_error("iron", _OF_IRON),
-    errors.MATERIAL: (
+    error_numbers.COIL: _tuple_error("coil", _OF_COILS),
+    error_numbers.FIELD: ("numeric {} {!r}: a field " + FIELD_RULE).format,
+    error_numbers.FIELD_TUPLE: _tuple_error("field", _OF_FIELDS),
+    error_numbers.IRON: _tuple_error("iron", _OF_IRON),
+    error_numbers.MATERIAL: (
         "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4[0]:g}), and"
         " optionally a saturation magnetization in A/m, not negative; both finite".format
     ),
-    errors.SIZE: (
+    error_numbers.SIZE: (
         "iron geom {} {!r}: its size must be positive and finite".format
     ),
-    errors.OVERLAP: (
+    error_numbers.OVERLAP: (
         "bodies {} {!r} and {} {!r} are magnets that overlap at the start, by more than a quarter"
         " of the width of the first; move them apart, or exclude their contact".format
     ),
-    errors.COUPLED_IRON: (
+    error_numbers.COUPLED_IRON: (
         "iron geom {} {!r} belongs to a body of coupling tuple {} {!r}: couplings do not apply to"
         " iron".format
     ),
-    errors.MARK: _mark_error,
-    errors.COUPLING: (
+    error_numbers.MARK: _mark_error,
+    error_numbers.COUPLING: (
         "coupling tuple {} {!r}: its elements must be two bodies with equal and finite prm".format
     ),
-    errors.NO_SITE: "magnetometer {} {!r}: its objtype must be 'site'".format,
-    errors.UNMEASURED: (
+    error_numbers.NO_SITE: "magnetometer {} {!r}: its objtype must be 'site'".format,
+    error_numbers.UNMEASURED: (
         "magnetometer {} {!r}: its site {} {!r} coincides with a dipole, is outside the table of a"
         " field, or is below the plane of iron".format
     ),
-    errors.WRENCH: (
+    error_numbers.WRENCH: (
         "body {} {!r}: its user numbers must be rows of six, the Brownian wrenches, and"
         " finite".format
     ),
-    errors.POTENTIAL: (
+    error_numbers.POTENTIAL: (
         "joint {} {!r}: its user numbers must be pairs, the finite Fourier coefficients of a"
         " potential, and the joint must be a slide or a hinge".format
     ),
-    errors.MOMENT: (
+    error_numbers.MOMENT: (
         "site {} {!r}: its only user number must be its moment in A m^2, which must be finite; the"
         " direction is its z axis".format
     ),
-    errors.PATH: (
+    error_numbers.PATH: (
         "userdata[{0}] = {4[0]:g}: the numbers that select the noise (seed, replica, factor, level,"
         " first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at"
         " most 31, or 32 plus the window for a held path".format
     ),
-    errors.TIME: (
+    error_numbers.TIME: (
         "time = {4[0]:g}: must be finite and less than 2^53 timesteps while noise acts".format
     ),
-    errors.INDEX: _index_error,
-    errors.CONSTANT: (
+    error_numbers.INDEX: _index_error,
+    error_numbers.CONSTANT: (
         "numeric {} {!r}: the magnetic constant must be one positive finite number, mu0 in the"
         " units of the model".format
     ),
-    errors.UNLOADED: "the compiled code of magmotor could not be loaded; see stderr".format,
-    errors.TOLERANCE: (
+    error_numbers.UNLOADED: "the compiled code of magmotor could not be loaded; see stderr".format,
+    error_numbers.TOLERANCE: (
         "numeric {} {!r}: the tolerance must be one number from 0 (exact) to 0.1".format
     ),
 }  # fmt: skip

@@ -26,9 +26,9 @@ from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.declared import with_kind
 from magmotor.mjcf.describe import Description, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
-from magmotor.mjcf.idle import SKIPPED
 from magmotor.mjcf.langevin.temperature import MATCH
 from magmotor.mjcf.lookup import disabled, given_name, label
+from magmotor.mjcf.not_acting import SKIPPED
 
 
 def failures(

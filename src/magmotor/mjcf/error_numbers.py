@@ -1,4 +1,4 @@
-"""Errors that compiled code finds; `sentences.py` has their sentences.
+"""Errors that compiled code finds; `error_sentences.py` has their sentences.
 
 An error is five words: its number; those of up to two elements, or -1; and, of a tuple, the rule
 that its element breaks and another tuple, or -1. Where something is computed, the first three do.
@@ -14,7 +14,7 @@ from magmotor.numerics.subroutine import subroutine
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
     TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, UNLOADED,
 ) = range(26)  # fmt: skip
-"""Errors; each has up to two elements (see `reports.ELEMENTS`), and numbers for its sentence."""
+"""Errors; each has up to two elements, see `error_reports.ELEMENTS`, and numbers."""
 
 KINDS = tuple(name.lower() for name in (*globals(),)[-26:])
 """Their names, those defined last, for `DeclarationError`."""

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from magmotor.mjcf import layout, memory
-from magmotor.mjcf.reports import warn_of_overwritten
+from magmotor.mjcf.error_reports import warn_of_overwritten
 from magmotor.numerics.numba_cache import compiled_once
 from magmotor.numerics.subroutine import subroutine
 

@@ -7,7 +7,7 @@ import math
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.table import magnetometers
-from magmotor.mjcf.errors import UNMEASURED
+from magmotor.mjcf.error_numbers import UNMEASURED
 from magmotor.mjcf.forces.magnetic_state import field_at, read_state
 from magmotor.numerics.subroutine import subroutine
 

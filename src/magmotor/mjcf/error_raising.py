@@ -19,15 +19,15 @@ import mujoco
 from numba import types
 
 from magmotor.common.exceptions import DeclarationError, InputError
-from magmotor.mjcf import errors, memory
-from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
-from magmotor.mjcf.sentences import (
+from magmotor.mjcf import error_numbers, memory
+from magmotor.mjcf.error_sentences import (
     ASSUMED,
     NOT_A_MARK,
     resembles_mark,
     sentence_of_error,
     sentence_of_notice,
 )
+from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
 from magmotor.numerics.subroutine import subroutine
 from magmotor_plugin.c_callbacks import returning
 from magmotor_plugin.library import library
@@ -165,7 +165,7 @@ def _presumed_handler(_handler):
 @returning
 def _form_error(error, number, name, other, other_name, details, handler, user, text):
     """Write the address of the sentence to `text` if the thread handles errors, else record it."""
-    numbers = details[: errors.DETAILS]
+    numbers = details[: error_numbers.DETAILS]
     sentence = sentence_of_error(error, number, name, other, other_name, numbers)
     _of_thread.found = sentence, error, number
     if handler or catches_errors(user):
@@ -212,7 +212,7 @@ def declaration_error(error: mujoco.FatalError) -> InputError:
     sentence, number, element = getattr(_of_thread, "found", ("", 0, -1))
     if sentence != str(error):  # of MuJoCo itself
         return InputError(str(error))
-    return DeclarationError(sentence, errors.KINDS[number], element)
+    return DeclarationError(sentence, error_numbers.KINDS[number], element)
 
 
 def silence(bits: int) -> None:

@@ -18,6 +18,14 @@ Orders = tuple[int, int, int]
 Geom = dict[str, str | ArrayLike]
 """Attributes of an element of MJCF: words, numbers and lists of numbers."""
 
+SIZES = {
+    "cuboid": ("edge along x", "edge along y", "edge along z"),
+    "cylinder": ("diameter", "height"),
+    "ring": ("inner diameter", "outer diameter", "height"),
+    "sphere": ("diameter",),
+}
+"""Shapes, and the lengths that each one's size consists of."""
+
 SIDES = 16
 """Smallest number of boxes that a ring is made of."""
 
@@ -154,6 +162,18 @@ class Ball(NamedTuple):
     def geoms(self, mass: float) -> Iterator[Geom]:
         """Geoms of the body."""
         yield {"type": "sphere", "size": [self.diameter / 2], "mass": mass}
+
+
+Body = Cuboid | Tube | Ball
+
+
+def body_of(shape: str, size: tuple[float, ...]) -> Body:
+    """Return the body of a shape and size in `SIZES`."""
+    if shape == "cuboid":
+        return Cuboid(*size)
+    if shape == "sphere":
+        return Ball(*size)
+    return Tube(0.0, *size) if shape == "cylinder" else Tube(*size)
 
 
 def _gauss_order(length: float, gap: float, folds: float) -> int:

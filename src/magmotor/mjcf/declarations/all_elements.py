@@ -5,7 +5,7 @@
 
 from numba import types
 
-from magmotor.mjcf import errors, layout, memory
+from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations.coils import check_coils, read_coils
 from magmotor.mjcf.declarations.couplings import check_couplings, read_couplings
 from magmotor.mjcf.declarations.fields import check_fields, read_fields
@@ -14,7 +14,7 @@ from magmotor.mjcf.declarations.magnetometers import read_magnetometers
 from magmotor.mjcf.declarations.magnets import read_magnets
 from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
 from magmotor.mjcf.declarations.model_numbers import check_constant, check_tolerance, read_constants
-from magmotor.mjcf.late import LateFunction
+from magmotor.mjcf.late_functions import LateFunction
 from magmotor.numerics.numba_cache import compiled_once
 
 _word, _flag = types.int64, types.boolean
@@ -65,7 +65,7 @@ def _check(checksum: int, offsets: layout.Layout):
 
     def check_elements(model, table, kinds, thorough, place):
         _ = checksum
-        m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, errors.WORDS)
+        m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, error_numbers.WORDS)
         if kinds & DIPOLES:
             check_tolerance(error, table, m, offsets)
         if error[0] < 0:
