@@ -18,7 +18,7 @@ from magmotor.common.hints import Positive, number, numbers
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.dipole_layout import smallest_layout
 from magmotor.mjcf.magnets.grades import GRADES, NDFEB
-from magmotor.mjcf.magnets.shapes import SIZES, Body, body_of
+from magmotor.mjcf.magnets.shapes import SIZES, Ball, Body, body_of
 
 DRAWN = 0.04
 """Radius at which a site is drawn, in units of the magnet's smallest extent."""
