@@ -121,6 +121,7 @@ class Figure:
     def judge(self, data: Any, quick: bool) -> list[Claim]:
         """Return the claims; at reduced size, those that need the full one are not decided."""
         found = self.claims(data)
+        assert all(k < len(found) for k in self.undecided), self.name
         return [
             replace(claim, verdict="not decided") if quick and k in self.undecided else claim
             for k, claim in enumerate(found)

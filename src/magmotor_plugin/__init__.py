@@ -2,8 +2,9 @@
 
 `magmotor.forces` computes forces, `magmotor.magnetometer` is a sensor. MuJoCo 4 and newer call
 `register` whenever `mujoco` is imported, through the entry point group `mujoco.plugins`; `import
-magmotor` calls it, too. It compiles nothing and imports only ctypes. The compiled code of a plugin
-takes its place in MuJoCo's table when the first model with that plugin is compiled.
+magmotor` calls it, too. It compiles nothing and imports only the standard library. The compiled
+code of a plugin takes its place in MuJoCo's table when the first model with that plugin is
+compiled.
 """
 
 import sys

@@ -278,6 +278,41 @@ def test_constant_forces_are_exact():
     np.testing.assert_allclose(data.xpos[1], data.qpos[:3], rtol=0, atol=0)  # 0
 
 
+NOISY = """
+<mujoco>
+  <custom><text name="magmotor" data="noise"/></custom>
+  <option timestep="0.01" gravity="0 0 0"/>
+  <size nuserdata="5"/>
+  <worldbody>
+    <body name="bead" user="0.1 0 0 0 0 0">
+      <joint type="slide" axis="1 0 0" damping="2"/>
+      <geom size="0.1" mass="1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("kT", [None, 1e-3])
+def test_a_users_force_on_a_noisy_body_acts_and_old_noise_does_not(kT):
+    """On the same noise, a force of 4 N makes the bead faster by F/c = 2 m/s."""
+    model = mujoco.MjModel.from_xml_string(NOISY)
+    ends = []
+    for force in (0.0, 4.0):
+        data = mujoco.MjData(model)
+        with mm.magnetism():
+            mujoco.mj_step(model, data, nstep=3)
+        assert data.xfrc_applied[1, 0] != 0.0  # the noise of the last step
+        data.time, data.qpos[0], data.qvel[0] = 0.0, 0.0, 0.0
+        if force:
+            data.xfrc_applied[1, 0] = force
+        for _ in range(2):  # also in the second call
+            mm.Langevin(model, kT).step(data, 500)
+        assert data.xfrc_applied[1, 0] == force
+        ends.append(data.qvel[0])
+    assert ends[1] - ends[0] == pytest.approx(2.0, rel=1e-3)  # 7e-5
+
+
 def driven(path):
     """The paper's disk, and data that select replica 1 of a path."""
     model = mm.build(mm.Disk())

@@ -40,9 +40,10 @@ def test_claims_and_picture_at_reduced_size(name, tmp_path):
     """Verdicts are decided by four standard errors or by factors.
 
     Seeds are fixed, but where processors round differently, chaotic runs are other realizations:
-    the claims that are not decided at this size may differ between them. What decides them is
-    tested on data made up for each verdict, in the files `test_figures_*.py`, and the motion itself
-    in `tests/devices/`.
+    the claims that are not decided at this size may differ between them. What decides most of them
+    is tested on data made up for each verdict, in the files `test_figures_*.py`; that of
+    `shaken_plate`, `level_ring`, `injected` and `energy` is seen at full size only. The motion
+    itself is tested in `tests/devices/`.
     """
     figure = FIGURES[name]
     data = figure.compute(True)

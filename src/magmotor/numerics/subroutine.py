@@ -27,7 +27,7 @@ class Subroutine(CPUDispatcher):
         raise TypeError(f"{self.py_func.__qualname__} can be called by compiled code only")
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Compile once for all integers; Numba would do so for each constant that is passed."""
+        """Compile once for all constant integers; Numba would do so for each of them."""
         values = {name: _without_constant(kind) for name, kind in kws.items()}
         return super().get_call_template(tuple(map(_without_constant, args)), values)
 

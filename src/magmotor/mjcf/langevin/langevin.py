@@ -80,7 +80,8 @@ class Langevin:
     splitting : {"baoab", "obabo", "middle", "verlet", "o-rk4-o", "o-step-o"}
         The last one consists of steps of MuJoCo itself between friction and noise. With a given
         friction it supports every model, but has the temperature only approximately: constraints,
-        dry friction, other dissipation and errors of MuJoCo's integrator change it.
+        dry friction, other dissipation and errors of MuJoCo's integrator change it. All but the
+        first need kT, as do `friction`, `seed` and `path`.
     friction : float or array_like, shape (nv,) or (nv, nv), optional
         Instead of the model's own friction: the rate of the friction (rate M) in 1/s, or the
         damping of each degree of freedom, or a symmetric matrix. By default the friction is what
@@ -132,13 +133,13 @@ class Langevin:
     BAOAB is due to Leimkuhler and Matthews, J. Chem. Phys. 138, 174102 (2013).
 
     Without kT, the noise is that of the Brownian wrenches of the model, as in `magnetism`, whose
-    path `userdata` selects. The bodies must be alone: the parent of each moving body is the world
-    or a body fixed to it, and its joints are slides followed by at most one hinge, ball or free
-    joint at the center of mass. Damping is that of joints and fixed tendons, or a viscous contact
-    like that of the planar scenes of `build`. A body with a ball or free joint and unequal moments
-    of inertia may have damping, and three equal Brownian torques about x, y and z. Then inertia,
-    damping and noise are constant, which saves most of the work: A and O are exact (A of second
-    order if three moments of inertia differ). The splitting is BAOAB.
+    path `userdata` selects; a model without them has none. The bodies must be alone: the parent of
+    each moving body is the world or a body fixed to it, and its joints are slides followed by at
+    most one hinge, ball or free joint at the center of mass. Damping is that of joints and fixed
+    tendons, or a viscous contact like that of the planar scenes of `build`. A body with a ball or
+    free joint and unequal moments of inertia may have damping, and three equal Brownian torques
+    about x, y and z. Then inertia, damping and noise are constant, which saves most of the work: A
+    and O are exact (A of second order if three moments of inertia differ). The splitting is BAOAB.
 
     Examples
     --------
@@ -235,7 +236,8 @@ class Langevin:
         dict of str to float
             Heat in J from each bath, under the names of `kT` (or `kT` itself, or `noise` without
             kT), and `work`, the work of all forces. They add up to the change of the kinetic
-            energy.
+            energy; without kT, a body with three different moments of inertia keeps that of A to
+            second order only.
 
         Raises
         ------
@@ -279,7 +281,8 @@ class Langevin:
         data : sequence of mujoco.MjData
             Data of this model, one for each thread.
         initial_state : ndarray, shape (replicas, 1 + nq + nv)
-            `time`, `qpos` and `qvel` of each replica.
+            `time`, `qpos` and `qvel` of each replica. With kT, each has its own noise; without, it
+            has that of `userdata`, which `control` can set for each replica.
         control : ndarray, shape (replicas, 1, k), optional
             Further elements of each replica's state, constant during the run.
         control_spec : int
@@ -391,7 +394,7 @@ class Langevin:
             initial position, unless something is driven away from there. How long others need is
             not known, such as free ones and those that must cross barriers. Of more than 500
             velocities, only the one with the weakest friction is judged and no position, by
-            "o-step-o" only velocities.
+            "o-step-o" only velocities. Without kT, nothing is judged.
         """
         sampling = read_sampling(self.timestep, duration, replicas, record_interval, burn_in)
         if initial is not None:
@@ -585,4 +588,5 @@ class Langevin:
 
 def record_exchange(langevin: Langevin) -> None:
     """Make `rollout` also return `qpos` at part O, and `qvel` before and after it."""
+    assert langevin._lone  # the loop for trees has no such records
     langevin._recorded = 2 * langevin.model.nq + 3 * langevin.model.nv

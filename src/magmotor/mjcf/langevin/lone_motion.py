@@ -21,7 +21,7 @@ from magmotor.mjcf.declarations.marks import NOISE
 from magmotor.mjcf.langevin.free_motion import move, update_kinematics
 from magmotor.mjcf.langevin.friction_and_noise import standard_normal
 from magmotor.mjcf.langevin.lone_model import Ball, LoneModel, read_lone_bodies
-from magmotor.mjcf.langevin.position_forces import apply_own_forces
+from magmotor.mjcf.langevin.position_forces import apply_forces_to, apply_own_forces
 from magmotor.mjcf.langevin.tree import read_tree
 from magmotor.numerics.numba_cache import copy
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
@@ -152,15 +152,17 @@ def _twist_axes(ball: Ball) -> tuple[int, int, int]:
 def compute_lone_forces(model, data, offsets, lone, room, begun):
     """Update the frames, and compute the generalized forces at the current position.
 
-    Unless the steps have `begun`, the wrenches of noise in an earlier step by MuJoCo are removed.
+    Unless the steps have `begun`, what selects the noise is checked.
     """
     force, wrenches = room.force, room.wrenches
     update_kinematics(model, data)
     d = memory.words(data, memory.UNBOUNDED)
     for i in range(len(force)):
         force[i] = 0.0
-    kinds = lone.forces & ~NOISE if begun else lone.forces
-    apply_own_forces(model, data, offsets, lone, kinds, wrenches, force)
+    if not begun and lone.forces & NOISE:
+        # In scratch memory, since a force that the user applies to a noisy body must stay.
+        apply_forces_to(wrenches, model, data, lone.forces & NOISE, force)
+    apply_own_forces(model, data, offsets, lone, lone.forces & ~NOISE, wrenches, force)
     xfrc = memory.numbers(d[offsets.xfrc_applied // 8], memory.UNBOUNDED, 6)
     applied = memory.numbers(d[offsets.qfrc_applied // 8], 1, memory.UNBOUNDED)[0]
     frames = memory.numbers(d[offsets.xmat // 8], memory.UNBOUNDED, 9)

@@ -110,6 +110,12 @@ def apply_own_forces(model, data, offsets, tree, kinds, wrenches, generalized):
             wrenches[body, k] = 0.0
     xfrc = memory.numbers(d[offsets.xfrc_applied // 8], len(tree.weights), 6)
     applied = wrenches if tree.own_wrenches else xfrc
+    apply_forces_to(applied, model, data, kinds, generalized)
+
+
+@subroutine(forceinline=True)
+def apply_forces_to(applied, model, data, kinds, generalized):
+    """Call `apply_forces`, and raise what it finds."""
     place, own, table = memory.error_on_stack(), applied.ctypes.data, table_of(model, False)
     apply_forces(model, data, table, kinds, own, generalized.ctypes.data, False, place)
     report(memory.words(place, WORDS), model, data)

@@ -33,6 +33,7 @@ from magmotor.mjcf.langevin.position_forces import (
     compute_forces,
     constraint_count,
 )
+from magmotor.mjcf.wrench_owners import note_others
 from magmotor.numerics.numba_cache import compiled_once, copy
 from magmotor.numerics.subroutine import subroutine
 
@@ -105,6 +106,8 @@ def _advance(checksum: int, offsets: layout.Layout, lone: bool):
         m = memory.words(model, memory.UNBOUNDED)
         d = memory.words(data, memory.UNBOUNDED)
         n, nq = len(tree.bodies), int(m[offsets.nq // 8])
+        # Steps by MuJoCo leave wrenches of magnets and noise in `xfrc_applied`, which are not ours.
+        note_others(m, d, offsets)
         qvel = memory.numbers(d[offsets.qvel // 8], 1, n)[0]
         qpos = memory.numbers(d[offsets.qpos // 8], 1, nq)[0]
         time = memory.numbers(data + offsets.time, 1, 1)[0]
