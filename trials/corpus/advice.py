@@ -13,8 +13,6 @@ the promises hold by both judges, or if a process does not return.
 """
 
 import argparse
-import contextlib
-import io
 import os
 import sys
 import time
@@ -111,21 +109,20 @@ def examine(path: Path, seed: int, *, whole: bool) -> Findings:
     found = Findings(path, digest=models.digest(model), dof=model.nv)
     rng = np.random.default_rng([seed, int(found.digest[:8], 16)])
     asked = found.asked = drawn(model, rng)
-    said, began = io.StringIO(), time.perf_counter()
+    began = time.perf_counter()
     try:
         if asked.magnetic:
             _, model = models.magnetize(spec, model, seed)
         data = started(model, asked.speed, rng)
-        with contextlib.redirect_stdout(said):
-            advice = mm.advise(
-                model, data, quantity=asked.quantity, duration=asked.duration, error=asked.error,
-                budget=BUDGET, every_element=not whole,
-            )  # fmt: skip
+        advice = mm.advise(
+            model, data, quantity=asked.quantity, duration=asked.duration, error=asked.error,
+            budget=BUDGET, every_element=not whole,
+        )  # fmt: skip
     except ValueError as error:
         found.reason = " ".join(str(error).split())
         return found
     found.seconds = time.perf_counter() - began
-    found.text = said.getvalue().strip().splitlines()[-1]
+    found.text = str(advice).splitlines()[-1]
     found.reason, found.horizon = advice.reason, advice.horizon
     if not advice.method:
         return found

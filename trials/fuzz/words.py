@@ -227,7 +227,7 @@ BY_CLASS = {
                  "langevin({kind}, splitting='o-rk4-o')",
                  "mm.Langevin(model({kind}), temperatures({kind}))", "mm.Langevin(model({kind}))"],
     "JointNoise": ["mm.JointNoise(model({kind}), 0.5)"],
-    "Advice": ["mm.Advice('positions', 0.01, 1.0)"],
+    "Advice": ["mm.Advice(quantity='positions', error=0.01, duration=1.0)"],
     "Magnet": ["mm.magnet('cuboid', (0.01, 0.02, 0.005), grade='N42')",
                "mm.magnet('ring', (0.004, 0.01, 0.005), remanence=1.2, direction=(1, 0, 0))"],
     "MjSpec": ["specification('free')", "specification('slides')"],

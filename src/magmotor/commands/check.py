@@ -64,7 +64,7 @@ def write_fixed(path: Path, data: mujoco.MjData, target: Path) -> None:
     if path.suffix.lower() == ".mjb":
         raise ArgumentError("path", str(path), "must be an MJCF file, to be fixed")
     spec: Any = mujoco.MjSpec.from_file(cast(Any, os.fsencode(path)))  # which need not be UTF-8
-    check(spec, data, fix=True)
+    print(check(spec, data, fix=True))
     here, there = path.parent.resolve(), target.parent.resolve()
     if here != there:  # to which these are relative
         for kind in ("meshdir", "texturedir"):

@@ -175,7 +175,7 @@ class Description:
         )
 
 
-@checked
+@checked(finite=False)
 def describe(model: mujoco.MjModel) -> Description:
     """Return which of magmotor's forces act on a model, and what does not act and why.
 

@@ -84,7 +84,7 @@ def brownian_rows(model: mujoco.MjModel, kT: float) -> Array:
     >>> rows = mm.brownian_rows(spec.compile(), kT=1e-6)
     >>> for body, row in zip(spec.bodies, rows):
     ...     body.userdata = row
-    >>> found = mm.describe(spec.compile())  # doctest: +ELLIPSIS
+    >>> print(mm.describe(spec.compile()))  # doctest: +ELLIPSIS
     acting: noise, inside magmotor.magnetism()
     noise, Brownian wrenches: body 1 6, body 2 6
     temperature: kT = 1e-06 J
