@@ -187,7 +187,10 @@ def numbers(address, rows, columns):
 
 @intrinsic
 def borrowed(typingctx, value: Any):
-    """Return a caller's array, or a tuple of some, without reference counts, which slow loops."""
+    """Return a caller's array, or a tuple of some, without reference counts, which slow loops.
+
+    The caller keeps the arrays; what is returned must not leave compiled code.
+    """
 
     def without_counts(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         if isinstance(kind, types.Array):
@@ -197,6 +200,8 @@ def borrowed(typingctx, value: Any):
         for i, element in enumerate(getattr(kind, "types", ())):
             part = without_counts(context, builder, element, builder.extract_value(value, i))
             value = builder.insert_value(value, part, i)
+        if not hasattr(kind, "types") and context.data_model_manager[kind].contains_nrt_meminfo():
+            raise TypeError(f"cannot borrow {kind}: its reference would be counted")
         return value
 
     def codegen(context, builder, signature, args):
