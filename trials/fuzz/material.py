@@ -204,8 +204,8 @@ def draft() -> mujoco.MjSpec:
 
 
 def drafted() -> mujoco.MjSpec:
-    """The last draft."""
-    return _drafts[0]
+    """The last draft, or the first one."""
+    return _drafts[0] if _drafts else draft()
 
 
 def model(kind: str) -> mujoco.MjModel:
