@@ -95,16 +95,17 @@ def currents(scene, method, timestep, duration=2e4):
 def test_heat_flows_from_the_hot_ring_to_the_cold_ball(method, timestep, bound):
     """(1.0 +- 0.05)e-8 W, of 2e-4 W that friction and noise each exchange; 16 replicas.
 
-    False alarms: 2e-4 for 5 standard errors, 1e-2 for 3. Heat and work by the mean velocity of each
-    step had the ring's bath take 1.9e-7 W by verlet at 0.4 s, and a residual of 1.2e-7 W by baoab
-    at 0.2 s.
+    Without a flow, 5 standard errors would be exceeded in 8e-5 of seeds and 3 in 5e-3, by Student's
+    t. With it, the flow from the ring is less than 3 of its errors, up to 2.3e-9 W, in a tenth; the
+    seed is fixed. Heat and work by the mean velocity of each step had the ring's bath take 1.9e-7 W
+    by verlet at 0.4 s, and a residual of 1.2e-7 W by baoab at 0.2 s.
     """
     from_ball, from_ring, residual = currents(coupled(1e-3, 4e-3), method, timestep)
     mean, error = mean_and_error(from_ball)
-    assert mean + 5 * error < 0  # -12 to -35 errors
+    assert mean + 5 * error < 0  # -13 to -35 errors
     assert mean == pytest.approx(-1e-8, abs=3e-9)  # 5e-10
     mean, error = mean_and_error(from_ring)
-    assert mean - 3 * error > 0  # 4.0 to 6.4 errors
+    assert mean - 3 * error > 0  # 4.1 to 6.3 errors
     assert abs(residual.mean()) < bound * 1e-8
 
 
@@ -149,14 +150,18 @@ SURROUNDED = {
 
 
 FIRST_LAW = {
-    "variational/euler": (1, 1e-2),  # 1.0e-3, 1.4e-3
-    "variational/verlet": (2, 1e-3),  # 3.5e-5, 1.2e-4
-    "variational/baoab": (2, 9e-4),  # 3.2e-5, 1.1e-4
-    "variational/middle": (1, 3e-3),  # 2.5e-4, 4.4e-4
-    "mujoco/baoab": (2, 9e-4),  # 3.2e-5, 1.1e-4
-    "mujoco/rk4": (2, 1.5e-3),  # 4.0e-4, 6.1e-5
+    "variational/euler": (1, 1e-2),  # 8.1e-4, 1.4e-3
+    "variational/verlet": (2, 1e-3),  # 3.5e-5, 1.4e-4
+    "variational/baoab": (2, 9e-4),  # 5.2e-5, 1.1e-4
+    "variational/middle": (1, 3e-3),  # 3.9e-4, 4.4e-4
+    "mujoco/baoab": (2, 9e-4),  # 5.2e-5, 1.1e-4
+    "mujoco/rk4": (2, 1.5e-3),  # 1.6e-4, 6.1e-5
 }
-"""Order of the residual, and its bound at a timestep of 0.4 s."""
+"""Order of the residual, and its bound at a timestep of 0.4 s.
+
+Beside it are the values without and with surroundings. The second of verlet and the first of the
+others were measured at 0.1 s, and are multiplied by 4 or 16, according to the order.
+"""
 
 
 @pytest.mark.parametrize(
@@ -176,7 +181,7 @@ def test_the_first_law_closes_at_any_stable_step(method, surroundings, timestep)
 
 
 def test_the_mean_work_of_the_noise_is_that_of_theory():
-    """At a step of 0.9 relaxation times of the slip; false alarms 3e-4, by 5 errors of 64 runs."""
+    """At a step of 0.9 relaxation times of the slip; false alarms 5e-6, by 5 errors of 64 runs."""
     run = mm.simulate(
         mm.Motor(), method="variational/baoab", timestep=0.8, duration=400, replicas=64,
         record_interval=500, seed=6,
@@ -287,34 +292,36 @@ def temperatures(method, timestep, duration, burn_in, *, seed):
 
 @pytest.mark.slow
 def test_equipartition():
-    """Five modes are within 3 % of kT at h = 0.2 and within 5 errors; false alarms: 0.08 %.
+    """Five modes are within 3 % of kT at h = 0.2, and within 5 errors of 16 batches of 8 replicas.
 
-    MuJoCo's splitting agrees along one path to 1e-10, see `test_mujoco_baoab.py`.
+    At this timestep, the splitting cools the slip by 0.4 %, which is 2.4 of its errors, so that 3 %
+    of seeds exceed 5; 2 % exceed the 3 %, which are 2.8 errors of ring_3. By MuJoCo, the splitting
+    agrees along one path to 6e-12, see tests/library/test_mujoco_baoab.py.
     """
     found, error = temperatures("variational/baoab", 0.2, 6e4, 2000.0, seed=11)
-    assert error.max() < 0.012  # of ring_3, whose correlation time is the longest: 0.0077, 0.0137
-    assert abs(found - 1).max() < 0.03  # 0.0043, 0.018
-    assert (abs(found - 1) < 5 * error).all()
+    assert error.max() < 0.012  # 0.0106, of ring_3, whose correlation time is the longest
+    assert abs(found - 1).max() < 0.03  # 0.0094
+    assert (abs(found - 1) < 5 * error).all()  # 3.0, of the slip, which is 0.9951
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["variational/euler", "variational/cayley", "mujoco/euler"])
 def test_euler_overheats_the_slip_as_predicted(method):
-    """The factor is 1/(1 - 0.525 h), 5.5 % at h = 0.1; error 0.7 %, false alarms 0.02 %.
+    """The factor is 1/(1 - 0.525 h), 5.5 % at h = 0.1; false alarms 0.02 %.
 
-    Seven standard errors tell it from 1.
+    The error of 16 batches of 8 replicas is 0.7 %, of which seven tell the factor from 1.
     """
     found, error = temperatures(method, 0.1, 4000.0, 500.0, seed=12)
     slip, off = float(found.sel(mode="slip")), float(error.sel(mode="slip"))
     assert off < 0.008  # 0.0074
-    assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)  # 0.001
+    assert slip == pytest.approx(euler_slip_overheating(mm.Motor(), 0.1), abs=5 * off)  # 0.003
 
 
 @pytest.mark.slow
 def test_dwells_and_flights():
     """Means and standard errors of 53 dwells and 44 flights in twelve runs of 1e5 s.
 
-    Both vary by about their mean, as the errata say: the ratio is 1 if exponential, to 0.1.
+    Both vary by about their mean, as the errata say: the ratio is 1 if exponential, to 0.15.
     """
     scene = mm.Motor()
     run = mm.simulate(
@@ -332,7 +339,7 @@ def test_dwells_and_flights():
         assert float(found.std(ddof=1)) / found.size**0.5 == pytest.approx(error, rel=0.02)  # 0.016
     for found in (flights, dwells):
         lasted = found.end - found.begin
-        assert 0.5 < float(lasted.std() / lasted.mean()) < 1.2  # 0.99, 0.98
+        assert 0.5 < float(lasted.std() / lasted.mean()) < 1.2  # 0.97, 0.86
     assert len(set(flights.replica.values)) == 12
     assert len(set(dwells.replica.values)) == 12
 
@@ -343,7 +350,7 @@ def test_with_si_moments_the_ball_never_leaves_its_first_well():
         scene, method="variational/baoab", timestep=0.1, duration=2e4, record_interval=10, seed=1
     )
     assert mm.observables.transitions(run, scene).sizes["transition"] == 0
-    assert abs(mm.observables.azimuth(run)).max() < np.pi / 5
+    assert abs(mm.observables.azimuth(run)).max() < np.pi / 5  # 0.24
 
 
 def lost_run(method, seed):
@@ -354,7 +361,7 @@ def lost_run(method, seed):
     run = end.value.dataset
     assert run.time[-1] == pytest.approx(end.value.time - 1, rel=1e-15, abs=0)  # 0
     assert mm.observables.ring_attitude(run).tilt.max() < np.radians(20)
-    assert end.value.time > 2000  # 15 000 to 65 000: the ring warms up by 5e-8 W
+    assert end.value.time > 2000  # 10 300 to 25 700: the ring warms up by 5e-8 W
     return run
 
 
@@ -370,4 +377,4 @@ def test_noise_on_the_ring_alone_drives_the_ball_around():
     scene = mm.Motor.paper("nonuniform-c")
     runs = [lost_run("variational/baoab", seed) for seed in range(4)]
     farthest = [abs(mm.observables.flights(run, scene).revolutions) for run in runs]
-    assert max(found.max() for found in farthest if found.size) > 3
+    assert max(found.max() for found in farthest if found.size) > 3  # 3.8

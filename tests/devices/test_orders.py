@@ -1,7 +1,9 @@
 """Orders of convergence of every method on every scene: against DOP853, and along Brownian paths.
 
-An order is that of the largest error of each recorded quantity, by regression over timesteps. In a
-line through three timesteps at equal ratios, the one between would have no weight: two are enough.
+An order is that of the largest error of each recorded quantity, by regression over timesteps. Of
+three timesteps at equal ratios, the one between would have no weight in the slope, so that orders 1
+and 2 are measured with two, which cannot show whether the line is straight. Orders 4 and 6, which
+higher terms bend, have three at unequal ratios, and the slope between neighbors is asserted, too.
 """
 
 from functools import cache
@@ -23,10 +25,10 @@ TUMBLING = {
     "angular_velocity": [1.0, 0.5, 0.3],
 }
 
-STEPS = {1: (128, 512), 2: (16, 64), 4: (32, 64), 6: (4, 6)}
+STEPS = {1: (128, 512), 2: (16, 64), 4: (32, 48, 64), 6: (4, 5, 6)}
 """Steps per record by order; with more steps, rounding and the error of DOP853 are visible."""
-MOTOR_STEPS = STEPS | {4: (24, 48), 6: (9, 12)}
-WAVE_STEPS = STEPS | {4: (16, 32)}
+MOTOR_STEPS = STEPS | {4: (24, 32, 48), 6: (9, 10, 12)}
+WAVE_STEPS = STEPS | {4: (16, 24, 32)}
 
 
 class Subject(NamedTuple):
@@ -86,11 +88,11 @@ ORDERS = {
     "variational/baoab": (2, 2, 2, 2, 2, 2, 2, 0, 2, 2),
     # 2.00 2.06 2.00 2.00 2.00 2.00 2.00 - 2.00 2.00
     "variational/middle": (1, 1, 1, 1, 1, 1, 1, 0, 1, 1),
-    # 1.02 0.96 1.00 1.00 1.00 1.00 1.00 - 1.00 1.00
+    # 1.02 0.96 0.99 0.99 1.00 1.00 1.00 - 1.00 1.00
     "variational/blanes-moan4": (4, 4, 4, 4, 4, 4, 4, 0, 4, 4),
-    # 3.97 4.09 4.05 4.06 4.09 4.05 4.05 - 3.94 4.05
+    # 3.97 4.09 4.06 4.06 4.08 4.05 4.05 - 3.94 4.05
     "variational/blanes-moan6": (6, 6, 6, 6, 6, 6, 6, 0, 6, 6),
-    # 6.08 6.12 6.11 6.11 6.11 5.92 6.01 - 6.02 6.01
+    # 6.08 6.12 6.11 6.16 6.11 5.93 6.01 - 6.02 6.01
     "mujoco/euler": (1, 1, 1, 1, 1, 1, 1, 1, 0, 0),
     # 1.01 0.96 1.00 0.99 1.00 1.00 1.00 1.00
     "mujoco/implicitfast": (1, 1, 1, 1, 1, 1, 1, 1, 0, 0),
@@ -158,6 +160,8 @@ def test_order_without_noise(method, name, order):
         measured = -np.polyfit(np.log(steps), np.log(values), 1)[0]
         expected = min(order, 2) if (method, quantity) == ("mujoco/rk4", "heat") else order
         assert abs(measured - expected) < 0.2, (quantity, measured)  # 6.16, the heat of order 6
+        slopes = -np.diff(np.log(values)) / np.diff(np.log(steps))
+        assert abs(slopes - expected).max() < 0.3, (quantity, slopes)  # 6.18, the same
 
 
 def test_the_truth_of_the_motor_balances_energy_and_heat():
@@ -213,7 +217,8 @@ def along_the_path(method, name, factor):
 def test_strong_order(method, name, order):
     """Root mean square error along each replica's Brownian path, in ten batches of replicas.
 
-    1000 or 300 replicas; the bound is four standard errors or more (false alarm rate 6e-5).
+    1000 or 300 replicas; the bound is four standard errors or more, which order 1 itself exceeds in
+    3e-3 of seeds (Student's t, 9 degrees of freedom). The next order moves baoab by 0.11.
     """
     exact = along_the_path("variational/baoab", name, 1)
     runs = [along_the_path(method, name, factor) for factor in FACTORS]
@@ -223,4 +228,4 @@ def test_strong_order(method, name, order):
         measured = np.polyfit(np.log(FACTORS), np.log(means) / 2, 1)[0]
         error = measured.std(ddof=1) / np.sqrt(10)
         assert error < 0.15 / 4, quantity  # 0.015, 0.020
-        assert abs(measured.mean() - order) < 0.15, quantity
+        assert abs(measured.mean() - order) < 0.15, quantity  # 0.023, 0.107
