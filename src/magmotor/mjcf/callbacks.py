@@ -41,7 +41,7 @@ from magmotor.mjcf.forces.brownian_wrenches import (
     step_number,
 )
 from magmotor.mjcf.forces.drives import drives_checksum
-from magmotor.mjcf.forces.magnetometers import measure
+from magmotor.mjcf.forces.magnetometer_field import measure
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.wrench_owners import note_others, note_ours
 from magmotor.numerics.numba_cache import compiled_once
