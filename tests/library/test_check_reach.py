@@ -97,6 +97,23 @@ def test_no_pose_is_nearer_than_the_bound():
     assert max(ratios) > 0.99
 
 
+@pytest.mark.parametrize(("place", "limits", "nearest"), [
+    (0.0, "1 2", 0.0), (0.5, "1 2", 0.5), (1.5, "1 2", 1.0), (3.0, "1 2", 1.0),
+    (-0.5, "-2 -1", 0.5), (0.0, "-2 -1", 0.0),
+])  # fmt: skip
+def test_a_slide_outside_of_its_limits_can_be_where_it_is(place, limits, nearest):
+    """The least distance from the world's origin, on the way from there to the limits too."""
+    joint = f'<joint type="slide" axis="1 0 0" range="{limits}"/>'
+    model = mujoco.MjModel.from_xml_string(
+        TREE.format(BODY.format("0 0 0", "0 0 0", joint) + "</body>")
+    )
+    data = mujoco.MjData(model)
+    data.qpos[0] = place
+    mujoco.mj_kinematics(model, data)
+    moved, fixed = (reach(model, data, body, 0, data.xpos[[body]], [0]) for body in (1, 0))
+    np.testing.assert_allclose(moved.gaps(fixed), nearest, rtol=1e-15)  # 0
+
+
 @pytest.mark.parametrize("joint", [
     '<joint axis="1 2 3"/>', '<joint type="ball"/>',
     '<joint type="slide" axis="0 0 1" range="-0.1 0.2"/>',

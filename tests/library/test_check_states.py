@@ -458,6 +458,14 @@ def test_iron_whose_end_is_near_other_iron(place, found):
     assert [each.startswith(said) for each in findings] == [True] * found
 
 
+def test_iron_whose_bound_alone_touches_is_not_said_to_touch():
+    """The capsule stands 0.018 m beside the ball, and only turns about an axis between them."""
+    capsule = 'type="capsule" size="0.005 0.02"'
+    text = SPHERES.format(chi=1000, margin=0, joint=HINGE, place=0.028, geom=capsule, more="")
+    (finding,) = mm.check(mujoco.MjModel.from_xml_string(text)).findings
+    assert "are pieces of iron that may come near each other, where" in finding
+
+
 UNITS = """
 <mujoco>
   <custom><text name="magmotor" data="dipoles fields iron"/>{custom}</custom>

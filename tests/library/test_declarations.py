@@ -13,6 +13,7 @@ import magmotor as mm
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations import table as of_table
+from magmotor.mjcf.declarations import valid_indices
 from magmotor.mjcf.declarations.marks import UNREADABLE
 
 MODEL = """
@@ -202,6 +203,18 @@ def test_an_index_that_leads_nowhere_is_seen_in_a_later_step():
         acting_forces(model)
     model.tuple_objid[0] = 1
     mujoco.mj_step(model, data)
+
+
+@pytest.mark.parametrize("kind", ["tuple", "sensor"])
+def test_the_element_after_the_last_does_not_exist(kind):
+    model = compiled()
+    numbers, types = getattr(model, f"{kind}_objid"), getattr(model, f"{kind}_objtype")
+    for k, one in enumerate(types.tolist()):
+        before, count = int(numbers[k]), getattr(model, valid_indices.OBJECTS[one])
+        for numbers[k] in (count - 1, count):
+            table_of(model)
+            assert (declared.header(model).kinds == UNREADABLE) == (numbers[k] == count)
+        numbers[k] = before
 
 
 def test_models_that_are_copied_pickled_or_saved_have_the_same_forces():
@@ -433,8 +446,9 @@ def test_a_field_or_iron_on_a_welded_part_does_not_act_on_its_own_body():
     with pytest.warns(UserWarning, match="all on one rigid body"):
         model = compiled(xml)
     whole = model.body("whole").id
-    assert declared.rows(model, of_table.FIELDS)["weld"].tolist() == [whole]
-    assert declared.rows(model, of_table.PIECES)["weld"].tolist() == [whole]
+    for section in (of_table.FIELDS, of_table.PIECES):
+        rows = declared.rows(model, section)
+        assert (rows["weld"].tolist(), rows["freedoms"].tolist()) == ([whole], [6])
     with pytest.warns(UserWarning, match="all on one rigid body"):
         assert not forces(model).any()
 

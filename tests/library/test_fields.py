@@ -275,6 +275,10 @@ ELEMENTS = {
         OWN + BODY + BODY,
         "0 'field too': element 2, body 'needle', is one too many: at most one body or site",
     ),
+    "two drives": (
+        OWN + 2 * '<element objtype="actuator" objname="current"/>',
+        "0 'field too': element 2, actuator 'current', is one too many: .* at most one actuator",
+    ),
     "a geom": (
         OWN + '<element objtype="geom" objname="ball"/>',
         "0 'field too': element 1, geom 'ball', must be a numeric, a body, a site or an actuator",
@@ -297,7 +301,8 @@ def test_a_bad_element_is_named_with_the_rule_that_it_breaks(name):
     elements, sentence = ELEMENTS[name]
     parts = numeric([1, 2, 3]), numeric([1], "other")
     group = f'<tuple name="field too">{elements}</tuple>'
-    bodies = '<geom name="ball" size="0.1"/>'
+    actuator = '<actuator><general name="current" site="dipole" gainprm="0"/></actuator>'
+    bodies = f'<geom name="ball" size="0.1"/></worldbody>{actuator}<worldbody>'
     with pytest.raises(ValueError, match=f"^field tuple {sentence}"):
         mm.describe(model_with(*parts, group, bodies=bodies))
 

@@ -266,6 +266,8 @@ def test_a_coupling_may_name_the_world():
         coupling("coupling#", "ball", "ring", "outer", prm=(2, 2, 2)),
         coupling("coupling#", "ball", "ring", prm=(2, 3)),
         coupling("coupling#", "ball", "ring", prm=("nan", "nan")),
+        coupling("coupling#", "ball", "ring", prm=("inf", "inf")),
+        coupling("coupling#", "ball", "ring", prm=("-inf", "-inf")),
         coupling("coupling#", "ring0", "ring1", objtype="site"),
         coupling("coupling#", "ball", "ring", objtype="xbody"),
         coupling("coupling#", "ball", "ring").replace("body", "xbody", 1),
@@ -720,10 +722,14 @@ def test_padded_site_numbers_are_allowed():
     np.testing.assert_array_equal(found, expected)
 
 
-def test_coinciding_dipoles_are_named():
+@pytest.mark.parametrize("custom", ["", coupling("coupling", "world", "ball")])
+def test_coinciding_dipoles_are_named(custom):
+    """The fixed one has a second dipole, so that it is the source of a coupled pair."""
+    mark = '<custom><text name="magmotor" data="dipoles couplings"/></custom>'
     model = mujoco.MjModel.from_xml_string(
-        """<mujoco><worldbody><site name="left" pos="0 0 1" user="1"/>
-        <body><freejoint/><geom size="0.1"/><site name="right" user="1"/></body>
+        f"""<mujoco>{mark}{custom}<worldbody><site name="left" pos="0 0 1" user="1"/>
+        <site pos="0 0 9" user="1"/>
+        <body name="ball"><freejoint/><geom size="0.1"/><site name="right" user="1"/></body>
         </worldbody></mujoco>"""
     )
     data = mujoco.MjData(model)

@@ -75,6 +75,7 @@ def generalized(model):
         ("noise", (0, NOISE, 0)),
         ("potentials", (0, 0, POTENTIAL)),
         ("noise noise  potentials ", (0, NOISE, POTENTIAL)),
+        ("noise&#9;&#10;potentials&#13;", (0, NOISE, POTENTIAL)),
         ("couplings noise", (0, NOISE, 0)),
         ("all", (3 * DIPOLE, NOISE, POTENTIAL)),
         ("dipoles all", (3 * DIPOLE, NOISE, POTENTIAL)),

@@ -654,6 +654,11 @@ REFUSED = [
         "1 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
         r"body 'top': user = .* Brownian torques must be three rows of equal",
     ),
+    (
+        "0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
+        "0 0 0 1 0 0  1 0 0 0 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
+        r"body 'top': user = .* Brownian torques must be three rows of equal",
+    ),
     ("1e6 1e6 0", "1 1 0", r"contact of pair 'slip' = 'not viscous': must be a viscous one"),
     ('condim="3"', 'condim="4"', r"contact of geom 'floor' and geom 'rim' = 'condim 4"),
     ('cone="elliptic"', 'cone="pyramidal"', r"must have condim 3, .* an elliptic cone"),
