@@ -27,7 +27,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 SLOW = {*(TESTS / "slow.txt").read_text(encoding="utf-8").splitlines()}
-"""Tests of the library and the devices whose cases take half a second of CPU time in all."""
+"""Tests of library and devices whose cases take a quarter of a second of CPU time in all."""
 
 
 def pytest_collection_modifyitems(items):
