@@ -8,26 +8,20 @@ compiled.
 """
 
 import sys
-from typing import Any
+from types import ModuleType
 
 from magmotor_plugin import slots
 from magmotor_plugin.library import loads_entry_points
 from magmotor_plugin.slots import register
 
 
-def _compiled(name: bytes) -> dict[str, Any]:
-    from magmotor.mjcf.callbacks import compiled_plugin
+def _callbacks() -> ModuleType:
+    from magmotor.mjcf import callbacks
 
-    return compiled_plugin(name)
-
-
-def _prepare(model: int, data: int, instance: int) -> None:
-    from magmotor.mjcf.callbacks import prepare
-
-    prepare(model, data, instance)
+    return callbacks
 
 
-slots.load_by(slots.Loader(_compiled, _prepare))
+slots.callbacks = _callbacks
 
 
 def register_with_older_mujoco() -> None:

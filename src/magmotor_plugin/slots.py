@@ -5,10 +5,11 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import Any
 
 from magmotor_plugin.c_callbacks import (
     called_by_c,
@@ -95,13 +96,9 @@ def slot(name: bytes) -> int:
     return library().mjp_registerPlugin(ctypes.byref(plugin))
 
 
-class Loader(NamedTuple):
-    """Where the compiled code comes from."""
-
-    compiled: Callable[[bytes], dict[str, Any]]
-    """Return the compiled functions of a plugin, by the member of `Plugin`."""
-    prepare: Callable[[int, int, int], None]
-    """Do what the compiled `init` of the forces does for an mjData: model, data, instance."""
+def callbacks() -> ModuleType:
+    """Return the module with the compiled code; `magmotor_plugin` replaces this, and knows it."""
+    raise NotImplementedError
 
 
 class _Code:
@@ -150,7 +147,7 @@ class _Code:
 
     def _load(self) -> None:
         try:
-            for member, function in _loader[0].compiled(self._name).items():
+            for member, function in callbacks().compiled_plugin(self._name).items():
                 setattr(self._table(), member, function.address)
             self._loaded = True
         except KeyboardInterrupt:
@@ -169,7 +166,7 @@ class _Code:
         """Do what the compiled `init` would have done for an mjData."""
         if self._name != FORCES or not self._loaded:
             return
-        prepare = _loader[0].prepare
+        prepare = callbacks().prepare
         try:
             prepare(model, data, instance)
         except KeyboardInterrupt:
@@ -225,14 +222,6 @@ def _reset(model, state, data, instance):
 def _nsensordata(model, instance, sensor):
     """Return the number of components of a magnetometer."""
     return 3
-
-
-_loader: list[Loader] = []
-
-
-def load_by(loader: Loader) -> None:
-    """Set where the compiled code comes from, which `magmotor_plugin` does when it is imported."""
-    _loader[:] = [loader]
 
 
 _this_thread = threading.local()
