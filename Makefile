@@ -56,9 +56,9 @@ test: .venv/dev-ready  ## all tests
 	@echo "== test: running pytest (the first run also compiles the kernels)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
 
-test-quick: .venv/dev-ready  ## tests of the library and the devices, but none of tests/slow.txt
+test-quick: .venv/dev-ready  ## tests of the library, the devices and the messages, but none of tests/slow.txt
 	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
-	@$(PYTHON) -m pytest -n logical --maxprocesses 4 -m "not slow" tests/library tests/devices $(ARGS)
+	@$(PYTHON) -m pytest -n logical --maxprocesses 4 -m "not slow" tests/library tests/devices tests/messages $(ARGS)
 
 format: .venv/dev-ready  ## the code, as lint demands it
 	@$(PYTHON) -m ruff check --fix-only --quiet
