@@ -14,9 +14,10 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array
 from magmotor.common.exceptions import InputError
 from magmotor.common.hints import Points
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.simd import (
-    COUNT,
     broadcast,
     fused,
     lane_numbers,
@@ -27,7 +28,6 @@ from magmotor.numerics.simd import (
     where_equal,
     where_less,
 )
-from magmotor.numerics.subroutine import subroutine
 
 __all__ = [
     "COINCIDENCE",

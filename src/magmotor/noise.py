@@ -10,9 +10,6 @@ drawn conditionally on them by Levy's construction of the Brownian bridge. A hel
 of a digital source, whose bandwidth is limited.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -25,6 +22,8 @@ from magmotor.common.checks import check_integer, check_number
 from magmotor.common.environment import physical_memory
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import check_fields, fields_in
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.elementary import (
     bits_as_float,
     cosine_of_quarter,
@@ -32,8 +31,6 @@ from magmotor.numerics.elementary import (
     logarithm,
     sine_of_quarter,
 )
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
 
 __all__ = ["LARGEST_SEED", "BrownianPath"]
 

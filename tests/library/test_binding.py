@@ -10,13 +10,12 @@ from pathlib import Path
 
 import pytest
 from numba import cfunc, njit, types
-from numba.core import event
 
 import magmotor
 from magmotor.mjcf import binding, callbacks, layout, memory
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.forces import all_forces
-from magmotor.numerics import compilation_notice
+from magmotor.numerics import c_types, compilation_notice, symbols
 
 
 @pytest.fixture
@@ -115,14 +114,14 @@ def test_what_it_has_compiled_is_counted(commands, monkeypatch):
 
 def test_it_tells_what_it_has_compiled(monkeypatch):
     """A byte for each function of the forces, however often it is compiled, and none for others."""
-    first, second, other = (njit(lambda x, n=n: x + n) for n in range(3))
-    written = []
+    first, second, other = (lambda x, n=n: x + n for n in range(3))
+    written, notice = [], compilation_notice.CompilationNotice()
     monkeypatch.setattr(os, "write", lambda _, content: written.append(content))
-    counter = binding._Counter({first.py_func, second.py_func})
-    with event.install_listener("numba:compile", counter):
-        for function in (first, other, first, second):
-            function(len(written))
-            function(0.5 * len(written))
+    monkeypatch.setattr(binding, "COMPILATION", notice)
+    monkeypatch.setattr(binding, "subroutines_of", lambda *_: {first, second})
+    monkeypatch.setattr(reader, "compile_alone", lambda: [*map(notice.add, (first, other))])
+    monkeypatch.setattr(all_forces, "compile_alone", lambda: [*map(notice.add, (first, second))])
+    binding.help_compiling()
     assert written == [b".", b"."]
 
 
@@ -173,7 +172,7 @@ def test_the_callback_is_what_it_compiles_meanwhile(commands, monkeypatch):
         assert offsets == layout.current()
         bound.extend(names)
 
-    monkeypatch.setattr(memory.llvm, "add_symbol", lambda name, _: names.add(name))
+    monkeypatch.setattr(symbols, "bind", lambda name, _: names.add(name))
     monkeypatch.setattr(callbacks, "_callback", compiled)
     monkeypatch.setattr(binding, "_bound", False)
     callbacks._bind.__wrapped__()
@@ -183,7 +182,7 @@ def test_the_callback_is_what_it_compiles_meanwhile(commands, monkeypatch):
 
 def test_a_c_function_may_be_known_after_its_callers():
     """Arguments and result pass as in a call of a symbol, including a Boolean."""
-    signature = types.int64(types.int64, types.boolean, types.double)
+    signature = c_types.int64(c_types.int64, c_types.boolean, c_types.float64)
     address = ctypes.c_int64()
     memory.bind_variable("test_late_function", address)
     late = memory.function_at("test_late_function", signature)
@@ -194,7 +193,7 @@ def test_a_c_function_may_be_known_after_its_callers():
 
     caller.compile((types.int64, types.boolean, types.double))
 
-    @cfunc(signature)
+    @cfunc(str(signature))
     def callee(number, flag, length):
         return 100 * number + 10 * flag + int(length)
 
@@ -212,7 +211,7 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
     def bound(function):
         names = set()
         with monkeypatch.context() as patch:
-            patch.setattr(memory.llvm, "add_symbol", lambda name, _: names.add(name))
+            patch.setattr(symbols, "bind", lambda name, _: names.add(name))
             function()
         return names
 

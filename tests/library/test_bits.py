@@ -12,9 +12,9 @@ from numba.core import config
 import magmotor as mm
 from magmotor.devices.motor.states import start_motor
 from magmotor.dipoles import pack_sources
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.constants import COUNT
 from magmotor.numerics.simd import (
-    COUNT,
     broadcast,
     fused,
     lane_numbers,

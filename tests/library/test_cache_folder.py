@@ -11,7 +11,8 @@ import pytest
 from numba import config
 
 import magmotor
-from magmotor.numerics import code_files, numba_cache
+from magmotor.numerics import code_files, dependencies
+from magmotor.numerics.compiled_once import compiled_once
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no owners like these")
 
@@ -26,7 +27,7 @@ def _sum(checksum, number):
 
 def compiled():
     """What a new process would have: the function, not yet called."""
-    return numba_cache.compiled_once()(_sum)(3)
+    return compiled_once()(_sum)(3)
 
 
 def hits(function):
@@ -72,7 +73,7 @@ def test_a_damaged_file_is_made_again(folder, damage):
     (path,) = files(folder)
     whole = path.read_bytes()
     path.write_bytes(DAMAGE[damage](whole))
-    cache = numba_cache.compiled_once()(_sum)
+    cache = compiled_once()(_sum)
     assert not cache.is_cached(3)
     again = cache(3)
     assert (again(4), hits(again)) == (7, 0)
@@ -144,7 +145,7 @@ def test_nothing_can_be_written(monkeypatch, unexplained, capsys):
 def nowhere(monkeypatch, tmp_path):
     """Neither the package nor the home directory can be used; return the temporary folder."""
     monkeypatch.setattr(config, "CACHE_DIR", "")
-    monkeypatch.setattr(numba_cache, "checksum_of", lambda _: int.from_bytes(os.urandom(4)))
+    monkeypatch.setattr(dependencies, "checksum_of", lambda _: int.from_bytes(os.urandom(4)))
     monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null")
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     here, may_use = str(Path(__file__).with_name("__pycache__")), code_files._may_use

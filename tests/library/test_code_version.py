@@ -17,7 +17,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import pytest
-from numba import njit, types
+from numba import njit
 from numba.core import config, event, registry
 from tqdm import tqdm
 
@@ -30,8 +30,10 @@ from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import variational as lanes
 from magmotor.mjcf import callbacks
 from magmotor.mjcf.forces import all_forces
-from magmotor.numerics import compilation_notice, numba_cache
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import compilation_notice, dependencies, numba_cache
+from magmotor.numerics.c_types import float64
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 
 
 def test_every_specialization_of_a_kernel_has_its_own_index():
@@ -48,8 +50,8 @@ def test_every_specialization_of_a_kernel_has_its_own_index():
 def test_newer_code_never_opens_the_index_of_older_code(monkeypatch):
     """It may name types that no longer exist, on which Numba fails."""
     checksums = iter((1, 2))
-    monkeypatch.setattr(numba_cache, "checksum_of", lambda function: next(checksums))
-    found = [numba_cache.compiled_once()(_defined)(3) for _ in range(2)]
+    monkeypatch.setattr(dependencies, "checksum_of", lambda function: next(checksums))
+    found = [compiled_once()(_defined)(3) for _ in range(2)]
     older, newer = found
     assert older._cache.files.stem != newer._cache.files.stem
     cells = [sorted(cell.cell_contents for cell in f.py_func.__closure__) for f in found]
@@ -60,7 +62,7 @@ KERNEL = """
 import changed.sub.deep
 from changed.callee import f
 from changed.constants import A, B
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
 
 @compiled_once()
 def kernel(checksum):
@@ -69,7 +71,7 @@ def kernel(checksum):
         return {}
     return compiled
 """
-FUNCTION = "from numba import njit\n@njit\ndef f():\n    return {}\n"
+FUNCTION = "from magmotor.numerics.deferred import njit\n@njit\ndef f():\n    return {}\n"
 CONSTANTS = "import numpy as np\nA, B = {}\n"
 PACKAGE = {
     "__init__.py": "",
@@ -216,7 +218,7 @@ def test_a_function_that_does_not_refer_to_its_checksum_is_rejected():
         return function
 
     with pytest.raises(TypeError, match="function does not refer to its checksum"):
-        numba_cache.compiled_once()(forgetful)()
+        compiled_once()(forgetful)()
 
 
 def test_the_modules_of_a_kernel_are_those_that_it_reaches():
@@ -225,28 +227,28 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     of_rigid_bodies = {"dipoles", "noise", *ball}
     of_rigid_bodies |= {"devices.ball.rigid_forces"}
     of_rigid_bodies |= {
-        f"numerics.{name}" for name in ("numba_cache", "simd", "elementary", "rotations")
+        f"numerics.{name}" for name in ("arrays", "elementary", "rotations")
     }
-    modules, constants = numba_cache.reached(inspect.unwrap(rigid_kernel._advance))
+    modules, constants = dependencies.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
     assert "magmotor.devices.ball.rigid_forces.NOBODY = -1.0" in constants
-    modules, _ = numba_cache.reached(inspect.unwrap(all_forces._apply_forces))
+    modules, _ = dependencies.reached(inspect.unwrap(all_forces._apply_forces))
     of_forces = "forces.dipole_wrenches", "forces.iron_pieces", "forces.brownian_wrenches", "memory"
     assert {f"magmotor.mjcf.{name}" for name in of_forces} <= modules
 
 
 def test_what_is_compiled_by_itself_is_known_by_its_signature():
-    modules, constants = numba_cache.reached(inspect.unwrap(callbacks._callback))
+    modules, constants = dependencies.reached(inspect.unwrap(callbacks._callback))
     assert {"magmotor.mjcf.callbacks", "magmotor.mjcf.declarations.why_inert"} <= modules
     assert "magmotor.mjcf.forces.all_forces" not in modules
     numbers = ", ".join(6 * ["int64"])
-    signature = f"magmotor_apply_forces({numbers}, bool, int64) -> int64"
+    signature = f"magmotor_apply_forcesint64({numbers}, boolean, int64)"
     assert f"magmotor.mjcf.callbacks.apply_forces = {signature}" in constants
 
 
 def test_what_is_compiled_late_is_known_by_its_symbol_and_signature():
     """Else cached code would look for the symbol that a function had before it was renamed."""
-    _, constants = numba_cache.reached(inspect.unwrap(all_forces._forward))
+    _, constants = dependencies.reached(inspect.unwrap(all_forces._forward))
     number = zlib.crc32(f"magmotor_all_forces_address{all_forces._APPLY}".encode())
     assert f"LateFunction.__init__.<locals>.is_ready.number = {number}" in constants
 
@@ -299,7 +301,7 @@ def made():
 ])  # fmt: skip
 def test_a_line_says_once_that_compilation_takes_long(module, seconds, lines, made, capsys):
     notice = compilation_notice.CompilationNotice(after=seconds)
-    with event.install_listener("numba:compile", notice):
+    with event.install_listener("numba:compile", numba_cache.Listener(notice)):
         for _ in range(2):
             assert made(module)(2.0) == 3
     said = capsys.readouterr().err.splitlines()
@@ -310,7 +312,7 @@ def test_a_line_says_once_that_compilation_takes_long(module, seconds, lines, ma
 def test_the_line_says_how_far_it_is(made, capsys):
     notice = compilation_notice.CompilationNotice(after=0.2)
     functions = [made("magmotor.made") for _ in range(3)]
-    with event.install_listener("numba:compile", notice), notice.running():
+    with event.install_listener("numba:compile", numba_cache.Listener(notice)), notice.running():
         notice.expect({function.py_func for function in functions})
         notice.expect_elsewhere(lambda: 4, 10)
         functions[0](1.0)
@@ -352,7 +354,7 @@ def test_the_time_of_a_c_function_counts(tmp_path, monkeypatch):
     """Numba reports no event for it."""
     ended = compilation_notice.COMPILATION.seconds
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
-    function = numba_cache.compiled_once(types.double(types.double))(_defined)(3.0)
+    function = compiled_once(float64(float64))(_defined)(3.0)
     assert function.ctypes(4.0) == 7.0
     assert compilation_notice.COMPILATION.seconds > ended
 
@@ -361,7 +363,7 @@ def test_what_will_be_compiled_is_known_before(version, tmp_path):
     """All that is compiled is expected, down to what other modules define."""
     (tmp_path / "changed" / "kernel.py").write_text(KERNEL.format("f() + changed.sub.deep.f()"))
     kernel = version("constants.py", PACKAGE["constants.py"])
-    expected = numba_cache.subroutines_of(sys.modules["changed.kernel"].kernel)
+    expected = dependencies.subroutines_of(sys.modules["changed.kernel"].kernel)
     assert {function.__module__ for function in expected} == {"changed.callee", "changed.sub.deep"}
     recorder = event.RecordingListener()
     with event.install_listener("numba:compile", recorder):
@@ -372,9 +374,10 @@ def test_what_will_be_compiled_is_known_before(version, tmp_path):
 
 def test_the_line_about_compilation_is_on():
     (notice,) = (
-        each for each in event._registered["numba:compile"]
-        if isinstance(each, compilation_notice.CompilationNotice)
+        each._notice for each in event._registered["numba:compile"]
+        if isinstance(each, numba_cache.Listener)
     )  # fmt: skip
+    assert notice is compilation_notice.COMPILATION
     assert 1.0 <= notice._after <= 10.0  # 5
 
 

@@ -15,12 +15,12 @@ import mujoco.batch
 import mujoco.rollout
 import numpy as np
 import pytest
-from numba import types
 from numba.core.ccallback import CFunc
 
 import magmotor as mm
 from magmotor.mjcf import callbacks, error_raising, layout
-from magmotor.numerics import numba_cache
+from magmotor.numerics import c_types, dependencies
+from magmotor.numerics.compiled_once import compiled_once
 from trials.numpy_twin import apply_magnetism
 
 MARK = '<custom><text name="magmotor" data="dipoles couplings"/></custom>'
@@ -854,9 +854,9 @@ def test_cache_key_follows_the_layout(monkeypatch):
 
 
 def _compiled(offsets, checksum, monkeypatch):
-    monkeypatch.setattr(numba_cache, "checksum_of", lambda function: checksum)
-    signature = types.void(types.int64, types.int64)
-    again = numba_cache.compiled_once(signature, error_model="numpy")
+    monkeypatch.setattr(dependencies, "checksum_of", lambda function: checksum)
+    signature = c_types.void(c_types.int64, c_types.int64)
+    again = compiled_once(signature, error_model="numpy")
     return again(inspect.unwrap(callbacks._callback))(offsets)
 
 

@@ -8,10 +8,10 @@ from numba import njit
 from scipy.spatial.transform import Rotation
 
 from magmotor.numerics import rotations
-from magmotor.numerics.subroutine import Subroutine
+from magmotor.numerics.deferred import Subroutine
 
 r = SimpleNamespace(
-    **{n: njit(f.py_func) for n, f in vars(rotations).items() if isinstance(f, Subroutine)}
+    **{n: njit(f.__wrapped__) for n, f in vars(rotations).items() if isinstance(f, Subroutine)}
 )
 """The functions, compiled for calls from Python."""
 

@@ -11,13 +11,11 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from numba.core import event
-
 from magmotor.mjcf import error_reports
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.forces import all_forces
 from magmotor.numerics.compilation_notice import COMPILATION
-from magmotor.numerics.numba_cache import subroutines_of
+from magmotor.numerics.dependencies import subroutines_of
 
 HELP = f"""
 import os, threading
@@ -96,26 +94,10 @@ def _helper(output: Any) -> subprocess.Popen:
     )  # fmt: skip
 
 
-class _Counter(event.Listener):
-    """Writes a byte to stdout for each of some functions that is compiled."""
-
-    def __init__(self, functions: set[Callable]):
-        self._left = functions
-
-    def on_start(self, event: Any) -> None:
-        """Do nothing."""
-
-    def on_end(self, event: Any) -> None:
-        """Write a byte for a new function."""
-        function = event.data["dispatcher"].py_func
-        if function in self._left:
-            self._left.remove(function)
-            os.write(1, b".")
-
-
 def help_compiling() -> None:
-    """Compile the forces, in a process that does nothing else."""
-    event.register("numba:compile", _Counter(subroutines_of(reader.bind, all_forces.bind)))
+    """Compile the forces, in a process that does nothing else; write a byte for each function."""
+    functions = subroutines_of(reader.bind, all_forces.bind)
+    COMPILATION.when_added = lambda function: function in functions and os.write(1, b".")
     reader.compile_alone()
     all_forces.compile_alone()
 

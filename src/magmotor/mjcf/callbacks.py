@@ -6,16 +6,12 @@ the plugin adds them to `qfrc_passive`, and leaves `xfrc_applied` and the callba
 The callback calls the user's first.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import ctypes
 import math
 from functools import cache
 from typing import Any
 
 import mujoco
-from numba import types
 
 from magmotor.mjcf import binding, error_numbers, error_raising, error_sentences, layout, memory
 from magmotor.mjcf.declarations.magnetometers import check_magnetometers
@@ -44,8 +40,9 @@ from magmotor.mjcf.forces.drives import drives_checksum
 from magmotor.mjcf.forces.magnetometer_field import measure
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.wrench_owners import note_others, note_ours
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin import slots
 
 FAILED = -1
@@ -66,11 +63,9 @@ BAD_POSITION = 3
 """mjWARN_BADQPOS."""
 
 _word, _int = types.int64, types.int32
-_apply_wrench = types.ExternalFunction(
-    "mj_applyFT", types.void(_word, _word, _word, _word, _word, _int, _word)
-)
-_compute_passive = types.ExternalFunction("mj_passive", types.void(_word, _word))
-_warn = types.ExternalFunction("mj_warning", types.void(_word, _int, _int))
+_apply_wrench = External("mj_applyFT", types.void(_word, _word, _word, _word, _word, _int, _word))
+_compute_passive = External("mj_passive", types.void(_word, _word))
+_warn = External("mj_warning", types.void(_word, _int, _int))
 _has_users_callback = memory.variable("magmotor_users_callback")
 _call_users_callback = memory.function_at("magmotor_users_callback", types.int64(_word, _word))
 

@@ -4,10 +4,7 @@ An error is five words: its number; those of up to two elements, or -1; and, of 
 that its element breaks and another tuple, or -1. Where something is computed, the first three do.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,

@@ -5,9 +5,6 @@ error is recorded, the caller marks the state as failed, and the error is raised
 `magnetism` block; without a block, it is a warning.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import ctypes
 import sys
 import threading
@@ -16,7 +13,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import mujoco
-from numba import types
 
 from magmotor.common.exceptions import DeclarationError, InputError
 from magmotor.mjcf import error_numbers, memory
@@ -28,22 +24,23 @@ from magmotor.mjcf.error_sentences import (
     sentence_of_notice,
 )
 from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin.c_callbacks import returning
 from magmotor_plugin.library import library
 
 _word = types.int64
-_exchange_handler = types.ExternalFunction("_mjPRIVATE_setTlsLogHandler", _word(_word))
+_exchange_handler = External("_mjPRIVATE_setTlsLogHandler", _word(_word))
 _user_error = memory.variable("mju_user_error")
-_form_error_text = types.ExternalFunction(
+_form_error_text = External(
     "magmotor_form_error",
     types.void(_word, _word, _word, _word, _word, _word, _word, _word, _word),
 )
-_form_notice = types.ExternalFunction(
+_form_notice = External(
     "magmotor_form_notice",
     types.void(_word, _word, _word, _word, _word, _word, _word, _word, _word),
 )
-_raise = types.ExternalFunction("mju_error", types.void(_word))
+_raise = External("mju_error", types.void(_word))
 
 acted_address = memory.variable("magmotor_acted_address")
 given_address = memory.variable("magmotor_given_address")

@@ -1,11 +1,6 @@
 """Reports of errors, which compiled code finds, with the elements and numbers that they name."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
-
-from numba import types
 
 from magmotor.mjcf import error_numbers, error_raising, error_sentences, layout, memory
 from magmotor.mjcf.declarations import reader
@@ -30,8 +25,9 @@ from magmotor.mjcf.declarations.valid_indices import invalid_index
 from magmotor.mjcf.forces import drives
 from magmotor.mjcf.forces.applied_fields import place_in_field
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import External, subroutine
 
 DIPOLE, NOTHING = -1, -2
 """Types of elements: sites, or geoms whose number is that of all sites plus their own; and none."""
@@ -68,8 +64,8 @@ ELEMENTS = (
 
 _word = types.int64
 _REPORT = types.void(_word, _word, _word)
-_report = types.ExternalFunction("magmotor_report", _REPORT)
-_name = types.ExternalFunction("mj_id2name", types.int64(types.int64, types.int32, types.int32))
+_report = External("magmotor_report", _REPORT)
+_name = External("mj_id2name", types.int64(types.int64, types.int32, types.int32))
 
 
 def bind() -> None:

@@ -1,8 +1,5 @@
 """Field and magnetic energy of a model in a state, for pictures, controllers and checks."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 import mujoco
@@ -32,7 +29,7 @@ from magmotor.mjcf.forces.magnetic_state import (
 )
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
 from magmotor.mjcf.hooks import errors_raised
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
 
 
 @checked

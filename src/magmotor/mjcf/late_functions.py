@@ -1,8 +1,5 @@
 """Functions that most models do not need, compiled when compiled code first asks for them."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import ctypes
 import os
 import threading
@@ -10,13 +7,12 @@ import zlib
 from collections.abc import Callable
 from typing import Any
 
-from numba import types
-
 from magmotor.mjcf import memory
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin.c_callbacks import interrupted, returning
 
-_load = types.ExternalFunction("magmotor_load", types.void(types.int64))
+_load = External("magmotor_load", types.void(types.int64))
 _failed = ctypes.c_int64()
 loading_failed = memory.variable("magmotor_loading_failed")
 """Whether a function could not be compiled, so that what needs it must be an error."""
@@ -36,7 +32,7 @@ class LateFunction:
     ----------
     symbol : str
         Symbol of the variable that has the address.
-    signature : numba signature
+    signature : Signature
     compiled : callable
         Returns the function as `numba.cfunc` does.
 

@@ -14,7 +14,7 @@ from mujoco.introspect import ast_nodes
 from mujoco.introspect.structs import STRUCTS
 
 from magmotor.common.exceptions import MagmotorError
-from magmotor.numerics.constants import constant_in_code
+from magmotor.numerics.constants import ConstantInCode
 from magmotor_plugin import slots
 
 MODEL_FIELDS = (
@@ -119,12 +119,12 @@ class LayoutError(MagmotorError, RuntimeError):
     """The layout of MuJoCo's structs differs from MuJoCo's own declarations."""
 
 
-@constant_in_code
 class Layout(
+    ConstantInCode,
     namedtuple(
         "Layout",
         (*MODEL_FIELDS, *OPTION_FIELDS, *DATA_FIELDS, *CONTACT_FIELDS, "notes", "forwards"),
-    )
+    ),
 ):
     """Byte offsets of fields in mjModel, including its options, in mjData, and in a contact.
 

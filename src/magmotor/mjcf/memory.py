@@ -4,20 +4,17 @@ No address is part of the compiled code: functions and variables are external sy
 when the code is loaded, so that cached code is valid in every process.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import ctypes
+from functools import partial
+from importlib import import_module
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
-from llvmlite import ir
-from numba import carray, types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics import symbols
+from magmotor.numerics.c_types import Signature
+from magmotor.numerics.deferred import Deferred, External, Intrinsic, subroutine
 from magmotor_plugin import slots
 from magmotor_plugin.library import library
 
@@ -33,12 +30,12 @@ MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
 
 def bind_function(name: str, function: Any) -> None:
     """Bind a ctypes function to the external symbol `name` of compiled code."""
-    llvm.add_symbol(name, ctypes.cast(function, ctypes.c_void_p).value)
+    symbols.bind(name, ctypes.cast(function, ctypes.c_void_p).value or 0)
 
 
 def bind_variable(name: str, variable: ctypes.c_int64) -> None:
     """Bind a ctypes variable to the external symbol `name` of compiled code."""
-    llvm.add_symbol(name, ctypes.addressof(variable))
+    symbols.bind(name, ctypes.addressof(variable))
 
 
 def bind_compiled(name: str, function: Any) -> None:
@@ -46,13 +43,13 @@ def bind_compiled(name: str, function: Any) -> None:
 
     What is compiled separately is neither compiled nor optimized again with each of its callers.
     """
-    llvm.add_symbol(name, function.address)
+    symbols.bind(name, function.address)
 
 
 def bind_unused(*names: str) -> None:
     """Bind symbols of compiled code to nothing, in a process that compiles and does not call it."""
     for name in names:
-        llvm.add_symbol(name, 1)
+        symbols.bind(name, 1)
 
 
 def bind_mujoco(*names: str) -> None:
@@ -68,99 +65,67 @@ _magnetometer_slot = ctypes.c_int64(slots.slot(slots.MAGNETOMETER))
 bind_variable("magmotor_plugin_slot", _slot)
 bind_variable("magmotor_magnetometer_slot", _magnetometer_slot)
 
-mark_stack = types.ExternalFunction("mj_markStack", types.void(types.int64))
+mark_stack = External("mj_markStack", types.void(types.int64))
 """Mark the top of the stack of an mjData."""
 
-allocate = types.ExternalFunction(
-    "mj_stackAllocByte", types.int64(types.int64, types.uint64, types.uint64)
-)
+allocate = External("mj_stackAllocByte", types.int64(types.int64, types.uint64, types.uint64))
 """Allocate bytes with an alignment on the stack of an mjData, and return their address."""
 
-free_stack = types.ExternalFunction("mj_freeStack", types.void(types.int64))
+free_stack = External("mj_freeStack", types.void(types.int64))
 """Free everything allocated since the last mark."""
 
 
-@intrinsic
-def _pointer(typingctx, address):
-    """Convert an integer address to a pointer."""
+_on_stack = partial(Intrinsic, "memory", "on_stack")
+"""Return a compiled function that returns the address of some 64-bit zeros.
 
-    def codegen(context, builder, signature, args):
-        return builder.inttoptr(args[0], cgutils.voidptr_t)
+It is valid until the calling function returns.
+"""
 
-    return types.voidptr(address), codegen
-
-
-def on_stack(count):
-    """Return a compiled function that returns the address of some 64-bit zeros.
-
-    It is valid until the calling function returns.
-    """
-
-    @intrinsic
-    def place(typingctx):
-        def codegen(context, builder, signature, args):
-            zeros = ir.Constant(ir.ArrayType(ir.IntType(64), count), None)
-            room = cgutils.alloca_once_value(builder, zeros)
-            builder.store(zeros, room)
-            return builder.ptrtoint(room, ir.IntType(64))
-
-        return types.int64(), codegen
-
-    return place
+word_on_stack = _on_stack(1)
+pair_on_stack = _on_stack(2)
+error_on_stack = _on_stack(5)
+details_on_stack = _on_stack(16)
+row_on_stack = _on_stack(17)
 
 
-word_on_stack = on_stack(1)
-pair_on_stack = on_stack(2)
-error_on_stack = on_stack(5)
-details_on_stack = on_stack(16)
-row_on_stack = on_stack(17)
+_pointer = Intrinsic("memory", "pointer")
+_array_at = Deferred(lambda: import_module("numba").carray)
+
+load_shared = Intrinsic("memory", "load_shared")
+"""Load the word at an address that other threads may store, and what they stored before it."""
+
+store_shared = Intrinsic("memory", "store_shared")
+"""Store a word at an address for other threads, after all that was stored before it."""
+
+borrowed = Intrinsic("memory", "borrowed")
+"""Return a caller's array, or a tuple of some, without reference counts, which slow loops.
+
+The caller keeps the arrays; what is returned must not leave compiled code.
+"""
 
 
 @subroutine(forceinline=True)
 def words(address, count):
     """Return an array of `count` 64-bit integers at an address."""
-    return carray(_pointer(address), (count,), np.int64)
+    return _array_at(_pointer(address), (count,), np.int64)
 
 
 @subroutine(forceinline=True)
 def records(address, count, kind):
     """Return an array of `count` records of a type at an address."""
-    return carray(_pointer(address), (count,), kind)
-
-
-@intrinsic
-def load_shared(typingctx, address):
-    """Load a word that other threads may store, and what they stored before it."""
-
-    def codegen(context, builder, signature, args):
-        place = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
-        return builder.load_atomic(place, "acquire", 8, typ=ir.IntType(64))
-
-    return types.int64(address), codegen
-
-
-@intrinsic
-def store_shared(typingctx, address, word):
-    """Store a word for other threads, after all that was stored before it."""
-
-    def codegen(context, builder, signature, args):
-        place = builder.inttoptr(args[0], ir.IntType(64).as_pointer())
-        builder.store_atomic(args[1], place, "release", 8)
-        return context.get_dummy_value()
-
-    return types.void(address, word), codegen
+    return _array_at(_pointer(address), (count,), kind)
 
 
 @subroutine(forceinline=True)
 def integers(address, count):
     """Return an array of `count` C ints at an address, as unsigned integers."""
-    return carray(_pointer(address), (count,), np.uint32)
+    return _array_at(_pointer(address), (count,), np.uint32)
 
 
 @subroutine(forceinline=True)
 def bytes_at(address, count):
     """Return an array of `count` bytes at an address."""
-    return carray(_pointer(address), (count,), np.uint8)
+    return _array_at(_pointer(address), (count,), np.uint8)
 
 
 @subroutine
@@ -182,32 +147,7 @@ def spread(address, bits):
 @subroutine(forceinline=True)
 def numbers(address, rows, columns):
     """Return a `rows` x `columns` array of doubles at an address."""
-    return carray(_pointer(address), (rows, columns), np.float64)
-
-
-@intrinsic
-def borrowed(typingctx, value: Any):
-    """Return a caller's array, or a tuple of some, without reference counts, which slow loops.
-
-    The caller keeps the arrays; what is returned must not leave compiled code.
-    """
-
-    def without_counts(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-        if isinstance(kind, types.Array):
-            array = context.make_array(kind)(context, builder, value)
-            array.meminfo = array.parent = ir.Constant(ir.IntType(8).as_pointer(), None)
-            return array._getvalue()
-        for i, element in enumerate(getattr(kind, "types", ())):
-            part = without_counts(context, builder, element, builder.extract_value(value, i))
-            value = builder.insert_value(value, part, i)
-        if not hasattr(kind, "types") and context.data_model_manager[kind].contains_nrt_meminfo():
-            raise TypeError(f"cannot borrow {kind}: its reference would be counted")
-        return value
-
-    def codegen(context, builder, signature, args):
-        return without_counts(context, builder, signature.args[0], args[0])
-
-    return value(value), codegen
+    return _array_at(_pointer(address), (rows, columns), np.float64)
 
 
 @subroutine(forceinline=True)
@@ -234,58 +174,20 @@ def all_finite(array, row, columns):
     return total == 0.0
 
 
-def address_of(name):
-    """Return a compiled function that returns the address bound to a symbol."""
+address_of = partial(Intrinsic, "memory", "address_of")
+"""Return a compiled function that returns the address bound to a symbol."""
 
-    @intrinsic
-    def read(typingctx):
-        def codegen(context, builder, signature, args):
-            word = ir.IntType(64)
-            place = builder.module.globals.get(name)
-            place = place or ir.GlobalVariable(builder.module, word, name)
-            return builder.ptrtoint(place, word)
-
-        return types.int64(), codegen
-
-    return read
+variable = partial(Intrinsic, "memory", "variable")
+"""Return a compiled function that reads a 64-bit integer, bound by `bind_variable`."""
 
 
-def variable(name):
-    """Return a compiled function that reads a 64-bit integer, bound by `bind_variable`."""
-
-    @intrinsic
-    def read(typingctx):
-        def codegen(context, builder, signature, args):
-            word = ir.IntType(64)
-            place = builder.module.globals.get(name)
-            place = place or ir.GlobalVariable(builder.module, word, name)
-            return builder.load(place, typ=word)
-
-        return types.int64(), codegen
-
-    return read
-
-
-def function_at(name, signature):
+def function_at(name: str, signature: Signature) -> Any:
     """Return a compiled function that calls a C function, whose address is in a bound variable.
 
     It takes a tuple of the arguments. Unlike the address of a symbol, this one may be set after the
     caller has been compiled.
     """
-    address = variable(name)
-
-    @intrinsic
-    def call(typingctx, place, arguments):
-        def codegen(context, builder, types_of_call, args):
-            kinds = [context.get_argument_type(kind) for kind in signature.args]
-            result = context.get_argument_type(signature.return_type)
-            function = builder.inttoptr(args[0], ir.FunctionType(result, kinds).as_pointer())
-            values = zip(signature.args, cgutils.unpack_tuple(builder, args[1]), strict=True)
-            given = [context.get_value_as_argument(builder, *each) for each in values]
-            returned = builder.call(function, given)
-            return context.get_returned_value(builder, signature.return_type, returned)
-
-        return signature.return_type(place, types.Tuple(signature.args)), codegen
+    address, call = variable(name), Intrinsic("memory", "call_at", str(signature))
 
     @subroutine(forceinline=True)
     def function(arguments):

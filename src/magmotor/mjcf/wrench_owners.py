@@ -8,16 +8,13 @@ that comes back with the wrenches that were in it. A wrench that is set after `m
 `mj_step2`, and is not reported.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import mujoco
 import numpy as np
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.error_reports import warn_of_overwritten
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 
 TIME, START, FOUND, FORWARDS, FIRST = 0, 1, 2, 3, 3
 """Numbers of notes: the time, a checksum of the accelerations with which the solver started, the

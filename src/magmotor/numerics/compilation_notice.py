@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from numba import typeof
-from numba.core import event
 from tqdm import tqdm
 
 SLOW = 5.0
@@ -18,17 +16,20 @@ TEXT = "magmotor: compiling what is used for the first time"
 """How the line begins; what follows is how many of the functions are compiled."""
 
 
-class CompilationNotice(event.Listener):
+class CompilationNotice:
     """Prints the line once per process, or, on a terminal, a line that counts.
 
     Attributes
     ----------
     seconds : float
         Wall time of all compilation that has ended.
+    when_added : callable
+        Is called with each function when it is compiled.
     """
 
     def __init__(self, after: float = SLOW) -> None:
         self.seconds = 0.0
+        self.when_added: Callable[[Callable], object] = lambda _function: None
         self._after, self._depth, self._began, self._printed = after, 0, 0.0, False
         self._lock, self._ended = threading.Lock(), threading.Event()
         self._teller = threading.Thread()
@@ -36,27 +37,20 @@ class CompilationNotice(event.Listener):
         self._expected: set[Callable] = set()
         self._elsewhere: tuple[Callable[[], int], int] = (lambda: 0), 0
 
-    def on_start(self, event: Any) -> None:
-        """Begin with a function that Numba compiles, with its callees."""
-        if _is_ours(event):
-            self._begin()
-
-    def on_end(self, event: Any) -> None:
-        """End with it."""
-        if _is_ours(event):
-            dispatcher = event.data["dispatcher"]
-            if dispatcher.overloads:  # `is_failed` of Numba 0.68 means the opposite
-                self._compiled.add(dispatcher.py_func)
-            self._end()
+    def add(self, function: Callable) -> None:
+        """Count a function that has been compiled."""
+        if function not in self._compiled:
+            self._compiled.add(function)
+            self.when_added(function)
 
     @contextmanager
     def running(self) -> Iterator[None]:
         """Count a `with` block as compilation, also where it only waits for another process."""
-        self._begin()
+        self.begin()
         try:
             yield
         finally:
-            self._end()
+            self.end()
 
     def expect(self, functions: set[Callable]) -> None:
         """Count functions among those that are being compiled, unless they already are."""
@@ -72,7 +66,8 @@ class CompilationNotice(event.Listener):
         here = len(self._expected & self._compiled)
         return here + min(count(), total), len(self._expected) + total
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Begin what `end` ends; both may be nested."""
         with self._lock:
             if self._depth == 0:
                 self._began, self._ended = time.perf_counter(), threading.Event()
@@ -80,7 +75,8 @@ class CompilationNotice(event.Listener):
                 self._teller.start()
             self._depth += 1
 
-    def _end(self) -> None:
+    def end(self) -> None:
+        """End what `begin` began."""
         with self._lock:
             self._depth -= 1
             if self._depth == 0:
@@ -108,11 +104,13 @@ class CompilationNotice(event.Listener):
 
 
 COMPILATION = CompilationNotice()
-"""The notice of this process; `magmotor.numerics.numba_cache` registers it."""
+"""The notice of this process; `magmotor.numerics.numba_cache` tells it what Numba does."""
 
 
 def compile_here(function: Any, *arguments: Any) -> None:
     """Compile a function for such arguments in this thread; Ctrl-C would not end it in others."""
+    from numba import typeof
+
     function.compile(tuple(map(typeof, arguments)))
 
 
@@ -136,8 +134,3 @@ class Progress(tqdm):
             self.start_t += spent
             self.last_print_t += spent
         return super().update(n)
-
-
-def _is_ours(event: Any) -> bool:
-    module = event.data["dispatcher"].py_func.__module__ or ""  # None after exec
-    return module.partition(".")[0] == "magmotor"

@@ -1,70 +1,18 @@
-"""Named tuples whose numbers are constants of compiled code.
+"""Numbers that are constants of compiled code: that of lanes, and those of some named tuples.
 
 Numba passes a named tuple by value: a call has one argument for each number. With a hundred numbers
 and as many functions, compiling takes most of its time for moving them. A type that knows the
 numbers passes nothing, and compiled code contains each number where it is read.
 """
 
-import zlib
-from typing import Any
-
-from numba import types
-from numba.core.imputils import lower_constant
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import (
-    NativeValue,
-    infer_getattr,
-    lower_getattr_generic,
-    models,
-    register_model,
-    typeof_impl,
-    unbox,
-)
+COUNT = 8
+"""Number of doubles in an `Eight`, in the widest vector and in a cache line."""
 
 
-def constant_in_code(named_tuple: type) -> type:
-    """Decorate a class of named tuples of integers, whose instances are constants in compiled code.
+class ConstantInCode:
+    """Base, before a named tuple of integers, of a class of constants in compiled code.
 
     Functions are compiled again for each instance that differs.
     """
-    typeof_impl.register(named_tuple)(lambda value, _context: _Constants(value))
-    return named_tuple
 
-
-class _Constants(types.Type):
-    """The type of one named tuple, which has its numbers."""
-
-    def __init__(self, numbers: Any) -> None:
-        self.numbers = numbers
-        super().__init__(f"{type(numbers).__name__}({zlib.crc32(repr(numbers).encode()):08x})")
-
-    @property
-    def key(self) -> Any:
-        """Return what two instances of one type share."""
-        return self.numbers
-
-
-register_model(_Constants)(models.OpaqueModel)
-
-
-@infer_getattr
-class _Number(AttributeTemplate):
-    key = _Constants
-
-    def generic_resolve(self, constants: _Constants, name: str) -> types.Type | None:
-        return types.int64 if hasattr(constants.numbers, name) else None
-
-
-@lower_getattr_generic(_Constants)
-def _number(context: Any, _builder: Any, constants: _Constants, _value: Any, name: str) -> Any:
-    return context.get_constant(types.int64, getattr(constants.numbers, name))
-
-
-@lower_constant(_Constants)
-def _frozen(context: Any, *_: Any) -> Any:
-    return context.get_dummy_value()
-
-
-@unbox(_Constants)
-def _unboxed(_constants: _Constants, _value: Any, c: Any) -> NativeValue:
-    return NativeValue(c.context.get_dummy_value())
+    __slots__ = ()

@@ -5,12 +5,9 @@ continuous derivatives, reproduces quadratic functions, also in the outermost ce
 error of third order in the spacing.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
-from numba.extending import register_jitable
+from magmotor.numerics.deferred import jitable
 
 FEWEST = 4
 """Smallest number of nodes along an axis."""
@@ -19,7 +16,7 @@ ROUNDED = 1e-6
 """Distance beyond the outermost nodes, in spacings, that counts as a rounding error of a place."""
 
 
-@register_jitable
+@jitable
 def interpolate(place, counts, nodes):
     """Return the three components of a field at a place, and their derivatives; NaN outside.
 
@@ -52,7 +49,7 @@ def interpolate(place, counts, nodes):
     return bx, by, bz, xx, xy, xz, yx, yy, yz, zx, zy, zz
 
 
-@register_jitable
+@jitable
 def _weights(place, count):
     """Return the first of four nodes, their weights, and the derivatives of the weights.
 

@@ -7,8 +7,7 @@ along H, with the susceptibility chi and the saturation magnetization M_s.
 
 import math
 
-from numba import njit
-from numba.extending import register_jitable
+from magmotor.numerics.deferred import jitable, njit
 
 VACUUM_PERMEABILITY = 4e-7 * math.pi
 """mu0 in T m/A; see `magmotor.dipoles.PERMEABILITY_OVER_4PI`."""
@@ -17,7 +16,7 @@ LARGEST_COUNT = 100
 """Number of Newton steps that is never reached."""
 
 
-@register_jitable
+@jitable
 def demagnetizing_factors(a, b, c):
     """Return the demagnetizing factors of an ellipsoid along its axes, whose semi-axes are given.
 
@@ -31,7 +30,7 @@ def demagnetizing_factors(a, b, c):
     return scale * _rd(y, z, 1.0), scale * _rd(z, 1.0, y), scale * _rd(1.0, y, z)
 
 
-@register_jitable
+@jitable
 def _rd(x, y, z):
     """Return 3/2 int_0^inf dt / (sqrt(t + x) sqrt(t + y) sqrt(t + z)^3), by duplication."""
     total, power = 0.0, 1.0

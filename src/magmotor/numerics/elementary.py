@@ -5,67 +5,31 @@ The functions are accurate to a few units in the last place and have the same bi
 processor; see `magmotor.numerics.simd`.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
+from magmotor.numerics.deferred import Intrinsic, subroutine
 from magmotor.numerics.simd import fused
-from magmotor.numerics.subroutine import subroutine
 
 _LN2 = 0.6931471805599453
 _SQRT_HALF_BITS = np.int64(0x3FE6A09E667F3BCD)
 
 
-@intrinsic
-def bits_as_float(typingctx, bits):
-    """Reinterpret 64 bits as a double."""
+bits_as_float = Intrinsic("bits", "bits_as_float")
+"""Reinterpret 64 bits as a double."""
 
-    def codegen(context, builder, signature, args):
-        return builder.bitcast(args[0], ir.DoubleType())
+float_as_bits = Intrinsic("bits", "float_as_bits")
+"""Reinterpret a double as 64 bits."""
 
-    return types.float64(types.uint64), codegen
+nearest_integer = Intrinsic("bits", "nearest_integer")
+"""Round to the nearest integer, as a double."""
 
+prefer_wide_vectors = Intrinsic("bits", "prefer_wide_vectors")
+"""Make LLVM use 512-bit vectors in the calling function if the processor supports them.
 
-@intrinsic
-def float_as_bits(typingctx, number):
-    """Reinterpret a double as 64 bits."""
-
-    def codegen(context, builder, signature, args):
-        return builder.bitcast(args[0], ir.IntType(64))
-
-    return types.uint64(types.float64), codegen
-
-
-@intrinsic
-def nearest_integer(typingctx, number):
-    """Round to the nearest integer, as a double."""
-
-    def codegen(context, builder, signature, args):
-        function = builder.module.declare_intrinsic("llvm.rint", [ir.DoubleType()])
-        return builder.call(function, [args[0]])
-
-    return types.float64(types.float64), codegen
-
-
-@intrinsic
-def prefer_wide_vectors(typingctx):
-    """Make LLVM use 512-bit vectors in the calling function if the processor supports them.
-
-    By default, LLVM uses 256 bits on many such processors, at half the speed.
-    """
-
-    def codegen(context, builder, signature, args):
-        # llvmlite checks names against a list that lacks this one.
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
-        return context.get_dummy_value()
-
-    return types.void(), codegen
+By default, LLVM uses 256 bits on many such processors, at half the speed.
+"""
 
 
 @subroutine(forceinline=True)

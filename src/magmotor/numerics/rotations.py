@@ -9,9 +9,9 @@ rotation vector W, in rad, to a rotation. The adjoint of its inverse right-trivi
 
 import math
 
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.elementary import cosine, sine
 from magmotor.numerics.simd import fused
-from magmotor.numerics.subroutine import subroutine
 
 _PER_TURN = 0.5 / math.pi
 TINY = 1e-300

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.dipoles import NOBODY, sum_over_sources
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.rotations import columns, cross, place_dipoles, plus, scaled, third_axis
 from magmotor.numerics.splittings import (
     DRIFTS,
@@ -17,7 +18,6 @@ from magmotor.numerics.splittings import (
     exchange,
     kicks_that_evaluate,
 )
-from magmotor.numerics.subroutine import subroutine
 
 
 class Magnets(NamedTuple):

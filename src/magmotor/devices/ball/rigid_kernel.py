@@ -11,8 +11,8 @@ splittings
     body.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
+# Numbers of the surroundings are read only where there are surroundings:
+# pyright: reportPossiblyUnboundVariable=false
 
 from collections.abc import Generator
 from concurrent.futures import ThreadPoolExecutor
@@ -47,11 +47,12 @@ from magmotor.devices.ball.rigid_surroundings import (
     with_background,
 )
 from magmotor.noise import normal
+from magmotor.numerics.arrays import aligned, copy
 from magmotor.numerics.compilation_notice import compile_here
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.elementary import prefer_wide_vectors
-from magmotor.numerics.numba_cache import aligned, compiled_once, copy
 from magmotor.numerics.splittings import RIGID
-from magmotor.numerics.subroutine import subroutine
 
 SIZE = 22
 """Length of a state: position and velocity (2 each), orientation (4) and omega (3) of the ball;

@@ -6,6 +6,7 @@ is (orientation, omega).
 
 import math
 
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.rotations import (
     TINY,
     cayley,
@@ -21,7 +22,6 @@ from magmotor.numerics.rotations import (
     third_axis,
 )
 from magmotor.numerics.simd import fused
-from magmotor.numerics.subroutine import subroutine
 
 ITERATIONS = 100
 """Largest number; a hoop needs 5 at h |omega| = 0.001, 10 at 0.1, and 31 at 1."""

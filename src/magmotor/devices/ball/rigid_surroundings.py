@@ -13,11 +13,11 @@ import numpy as np
 from magmotor.common.arrays import Array
 from magmotor.devices.ball.rigid_forces import Bodies, Magnets
 from magmotor.noise import normal
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.reproducible import applied, orthonormal_rows, product, symmetric_modes
 from magmotor.numerics.rotations import cross, plus, scaled, third_axis
 from magmotor.numerics.simd import fused
 from magmotor.numerics.splittings import Scheme
-from magmotor.numerics.subroutine import subroutine
 
 RANK = 1e-14
 """Part of the largest eigenvalue below which another one is rounding."""

@@ -5,9 +5,6 @@ number of Fourier coefficients. A replica's path is the same bit for bit for any
 replicas, on any thread, and for any division of the run into calls.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from collections.abc import Generator
 from typing import Any, NamedTuple
 
@@ -18,9 +15,12 @@ from magmotor.device.job import Job
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.noise import box_muller, normal, threefry
+from magmotor.numerics.arrays import aligned, copy
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.elementary import cosine, prefer_wide_vectors, sine
-from magmotor.numerics.numba_cache import aligned, compiled_once, copy
-from magmotor.numerics.simd import COUNT, fused
+from magmotor.numerics.simd import fused
 from magmotor.numerics.splittings import (
     DISK,
     carries_force,
@@ -28,7 +28,6 @@ from magmotor.numerics.splittings import (
     kicks_that_evaluate,
     response,
 )
-from magmotor.numerics.subroutine import subroutine
 
 LANES = 128
 """Number of replicas that are stepped together, so that their states stay in the L1 cache."""

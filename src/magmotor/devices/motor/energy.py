@@ -19,7 +19,7 @@ from magmotor.devices.motor.theory import ball_injection_rate, ring_injection_ra
 from magmotor.devices.motor.variational import magnets
 from magmotor.dipoles import NOBODY
 from magmotor.numerics.batch_means import BATCHES, mean_and_error
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.rotations import columns, dot, place_dipoles
 
 LABELS = {

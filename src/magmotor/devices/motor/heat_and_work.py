@@ -16,10 +16,11 @@ from magmotor.devices.ball.rigid_steps import (
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.variational import bodies
 from magmotor.noise import normal
-from magmotor.numerics.numba_cache import compiled_once, copy
+from magmotor.numerics.arrays import copy
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.rotations import dot, mul_quat, rot_vec_quat, scaled
 from magmotor.numerics.splittings import RIGID
-from magmotor.numerics.subroutine import subroutine
 
 
 def heat_and_work_sums(job: Job, linear: int, before: Array, paths: Array, first: int) -> Array:

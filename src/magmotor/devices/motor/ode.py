@@ -12,7 +12,8 @@ from magmotor.devices.ball.states import axes
 from magmotor.devices.motor.scene import Motor
 from magmotor.devices.motor.states import MotorStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.constants import COUNT
 from magmotor.numerics.rotations import (
     columns,
     cross,
@@ -24,7 +25,6 @@ from magmotor.numerics.rotations import (
     stretched,
     third_axis,
 )
-from magmotor.numerics.simd import COUNT
 
 
 def problem(scene: Motor, initial: MotorStates) -> tuple[Callable, Array, Array]:

@@ -9,7 +9,7 @@ from magmotor.devices.top import unbalanced_ode
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
 
 
 def problem(scene: Top, initial: BallStates) -> tuple[Callable, Array, Array]:

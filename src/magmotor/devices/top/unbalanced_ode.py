@@ -16,7 +16,7 @@ from magmotor.devices.top import unbalanced
 from magmotor.devices.top.scene import Top
 from magmotor.devices.top.states import BallStates
 from magmotor.dipoles import NOBODY, pack_sources, sum_over_sources
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.rotations import columns, cross, dot, mul_quat, plus, scaled
 
 

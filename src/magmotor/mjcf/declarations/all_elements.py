@@ -1,10 +1,5 @@
 """What tuples, numerics and sensors declare; models without any do not compile this."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
-from numba import types
-
 from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations.coils import check_coils, read_coils
 from magmotor.mjcf.declarations.couplings import check_couplings, read_couplings
@@ -15,7 +10,8 @@ from magmotor.mjcf.declarations.magnets import read_magnets
 from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
 from magmotor.mjcf.declarations.model_numbers import check_constant, check_tolerance, read_constants
 from magmotor.mjcf.late_functions import LateFunction
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
 
 _word, _flag = types.int64, types.boolean
 _READ = types.void(_word, _word, _word)

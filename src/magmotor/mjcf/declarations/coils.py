@@ -6,9 +6,6 @@ actuator's drive (see `magmotor.mjcf.forces.drives`). The actuator's `prm`, if i
 drive at which the core saturates.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf import memory
@@ -29,7 +26,7 @@ from magmotor.mjcf.declarations.custom import (
 )
 from magmotor.mjcf.declarations.table import COILS, SITES, add_row, coils, refuse, sites
 from magmotor.mjcf.error_numbers import COIL, set_error
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 PREFIX = tuple(b"coil")
 

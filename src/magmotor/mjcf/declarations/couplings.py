@@ -5,15 +5,12 @@ by `prm`, which must be the same for both elements. It applies to the named bodi
 bodies welded to them. The factors of several tuples for one pair multiply.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf.declarations.custom import BODY, element, elements_of, tuple_starts_with
 from magmotor.mjcf.declarations.table import COUPLINGS, add_row, couplings, refuse
 from magmotor.mjcf.error_numbers import COUPLING, set_error
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 PREFIX = tuple(b"coupling")
 

@@ -3,15 +3,12 @@
 Only the reader of a table looks at names.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from typing import Any
 
 import numpy as np
 
 from magmotor.mjcf import memory
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TEXT, TUPLE = 1, 3, 5, 6, 19, 20, 21, 22, 23
 """mjOBJ_BODY and so on."""

@@ -13,9 +13,6 @@ site is the frame to which the field is fixed, which also feels the reaction; an
 field as it does a coil (see `coils.py`).
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf import memory
@@ -39,7 +36,7 @@ from magmotor.mjcf.declarations.custom import (
 from magmotor.mjcf.declarations.table import FIELDS, add_row, fields, refuse
 from magmotor.mjcf.error_numbers import FIELD, FIELD_TUPLE, set_error
 from magmotor.numerics.cubic_convolution import FEWEST
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 PREFIX = tuple(b"field")
 

@@ -6,13 +6,10 @@ table is right for what is in memory now, whatever a program has assigned, and w
 at the same address before. Two structures have the same fingerprint with a chance of 2^-64.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import numpy as np
 
 from magmotor.mjcf import memory
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 _FIRST, _SECOND = np.uint64(0xD6E8FEB86659FD93), np.uint64(0xA0761D6478BD642F)
 """Odd numbers with random bits."""

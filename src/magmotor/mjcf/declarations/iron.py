@@ -4,9 +4,6 @@ A tuple whose name starts with `iron` names one numeric and geoms. The numeric i
 susceptibility chi and, optionally, its saturation magnetization M_s in A/m. A plane is a mirror.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf import memory
@@ -33,7 +30,7 @@ from magmotor.mjcf.declarations.table import (
     refuse,
 )
 from magmotor.mjcf.error_numbers import COUPLED_IRON, IRON, MATERIAL, SIZE, set_error
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 PREFIX = tuple(b"iron")
 

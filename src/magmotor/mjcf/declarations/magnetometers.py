@@ -1,15 +1,12 @@
 """Magnetometers: sensors of the plugin at sites."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import numpy as np
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import SITE
 from magmotor.mjcf.declarations.table import MAGNETOMETERS, add_row, magnetometers
 from magmotor.mjcf.error_numbers import NO_SITE, set_error
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 
 @subroutine

@@ -4,12 +4,9 @@ The site's z axis is the dipole's direction, and the number is the moment in A m
 rigid body (bodies without a joint between them) do not act on each other.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.table import MAGNETS, add_row, couplings, magnets
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 LARGE = 16
 """Number of sites that makes a body's magnet large."""

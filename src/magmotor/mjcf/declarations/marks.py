@@ -6,16 +6,13 @@ a mark only dipole sites act, and only if no body, joint or further number of a 
 numbers, and those of the sites do not just count them (three or more consecutive numbers do).
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import math
 
 import numpy as np
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.user_numbers import has_numbers
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON = (1 << k for k in range(8))
 """Bits for what acts, and for a model that does not say so."""

@@ -8,16 +8,13 @@ or a moment has the magnetic constant of SI, whatever the units are.
 `<numeric name="magnetic_tolerance">` is the error with which many magnets may act on one another.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf.declarations.custom import numbers_of, numeric_named
 from magmotor.mjcf.declarations.table import header
 from magmotor.mjcf.error_numbers import CONSTANT, TOLERANCE, set_error
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
-from magmotor.numerics.subroutine import subroutine
 
 NAME = "magnetic_constant"
 """Name of the numeric that declares mu0."""

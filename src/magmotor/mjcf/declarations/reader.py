@@ -4,14 +4,10 @@ A table is made when a structure is first seen, and kept until the process ends:
 read it without a lock, and models that are copied, pickled or created anew share it.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import ctypes
 from typing import Any
 
 import numpy as np
-from numba import types
 
 from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations import all_elements, valid_indices
@@ -52,8 +48,10 @@ from magmotor.mjcf.declarations.user_numbers import (
 )
 from magmotor.mjcf.declarations.valid_indices import invalid_index
 from magmotor.mjcf.late_functions import loading_failed
-from magmotor.numerics.numba_cache import compiled_once, copy
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.arrays import copy
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import External, subroutine
 
 _word, _flag = types.int64, types.boolean
 _FIND = types.int64(_word, _flag)
@@ -88,13 +86,13 @@ _unreadable_address = memory.variable("magmotor_unreadable_table_address")
 
 _WIDTHS = tuple(len(kind) for kind in SECTIONS)
 
-_allocate = types.ExternalFunction("mju_malloc", _word(types.uint64))
-_free = types.ExternalFunction("mju_free", types.void(_word))
+_allocate = External("mju_malloc", _word(types.uint64))
+_free = External("mju_free", types.void(_word))
 
 _address = ctypes.c_int64()
 _table_of = memory.function_at("magmotor_reader_address", _FIND)
 
-find_error = types.ExternalFunction("magmotor_find_error", _CHECK)
+find_error = External("magmotor_find_error", _CHECK)
 """Find an error in what a model declares: by its table, or in the numbers of what acts.
 
 The arguments are the addresses of mjModel and its table; the bits of what acts; whether the check

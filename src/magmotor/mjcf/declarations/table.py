@@ -6,16 +6,13 @@ program may change them at any time. A header is followed by sections, whose row
 A number is -1 where there is nothing.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from typing import Any
 
 import numpy as np
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.error_numbers import WORDS, set_error
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 
 def columns(names: str) -> Any:

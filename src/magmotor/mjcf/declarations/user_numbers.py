@@ -4,13 +4,10 @@ A site's only `user` number is its moment. Without the check, further numbers, a
 be ignored silently. MuJoCo pads all lists to the longest in the model with zeros.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf import memory
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 SLIDE, HINGE = 2, 3
 """mjJNT_SLIDE and mjJNT_HINGE."""

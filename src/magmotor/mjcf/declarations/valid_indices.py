@@ -4,11 +4,7 @@ MuJoCo's check of a binary model lets -1 pass, and sums that overflow. It does n
 assigns to a model. Here, they are checked where a model's structure is first read.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import numpy as np
-from numba import types
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.declarations.custom import (
@@ -21,8 +17,9 @@ from magmotor.mjcf.declarations.custom import (
     SITE,
     TUPLE,
 )
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import External, subroutine
 
 ANY, PRECEDING_OR_OWN, PRECEDING, APART = range(4)
 """Which elements an index may name; a tree is sorted, so that no loop over parents is endless.
@@ -95,7 +92,7 @@ APART_FIELDS = tuple(row[0] for row in INDICES if row[4] == APART)
 _word = types.int64
 _FIND = types.int64(_word, _word)
 
-invalid_index = types.ExternalFunction("magmotor_invalid_index", _FIND)
+invalid_index = External("magmotor_invalid_index", _FIND)
 """Return the number of the first invalid field, or -1.
 
 The arguments are the address of mjModel, and of four words. These receive the element, its value,

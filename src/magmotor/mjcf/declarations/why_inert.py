@@ -1,8 +1,5 @@
 """Why nothing acts on a model."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import numpy as np
 
 from magmotor.mjcf import memory
@@ -17,7 +14,7 @@ from magmotor.mjcf.declarations.marks import (
 )
 from magmotor.mjcf.declarations.table import fields, magnetometers, magnets, pieces, planes
 from magmotor.mjcf.declarations.user_numbers import count_dipoles, has_numbers, has_user_numbers
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 (
     NO_DIPOLES, ONE_RIGID_BODY, NONE_MOVES, SWITCHED_OFF, NOT_NAMED, NOT_MARKED, NOT_MAGNETIZED,

@@ -1,11 +1,6 @@
 """All forces on a model."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import ctypes
-
-from numba import types
 
 from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations import reader
@@ -20,8 +15,9 @@ from magmotor.mjcf.forces.brownian_wrenches import (
 from magmotor.mjcf.forces.joint_potentials import add_potential_forces
 from magmotor.mjcf.forces.magnetic_wrenches import set_dipole_wrenches, set_magnetic_wrenches
 from magmotor.mjcf.late_functions import LateFunction, loading_failed
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import External, subroutine
 
 UNKNOWN = -(1 << 40)
 """Stands for how many forces act while Ctrl-C is on its way from the compilation of their code."""
@@ -29,7 +25,7 @@ UNKNOWN = -(1 << 40)
 _word, _flag = types.int64, types.boolean
 _APPLY = types.int64(_word, _word, _word, _word, _word, _word, _flag, _word)
 
-apply_forces = types.ExternalFunction("magmotor_apply_forces", _APPLY)
+apply_forces = External("magmotor_apply_forces", _APPLY)
 """Compute all forces except noise, and return how many act, or `UNKNOWN`.
 
 The arguments are the addresses of mjModel, mjData and the table of the model; the bits of what

@@ -4,17 +4,14 @@ The force on a dipole is the gradient of m.B, so that it has a potential even wh
 obey Maxwell's equations. A field does not act on the rigid body to which it is fixed.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import BODY, numbers_of
 from magmotor.mjcf.declarations.fields import GRADIENT, HEADER, UNIFORM
 from magmotor.mjcf.declarations.table import fields
 from magmotor.mjcf.forces.drives import are_controls_good, drive_of
+from magmotor.numerics.arrays import copy
 from magmotor.numerics.cubic_convolution import interpolate
-from magmotor.numerics.numba_cache import copy
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 NAME, OWNER, WELD, MOVES, SCALE, ORIGIN, FRAME, COLUMNS = 0, 1, 2, 3, 4, 5, 8, 17
 """Columns of a field in one state: its numeric; its body, the rigid body of that, and the degrees

@@ -4,13 +4,10 @@ Nothing is allocated. The nodes are stored in the order of a walk through the wh
 walk that leaves out the descendants of some nodes needs no stack.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
-from magmotor.numerics.simd import COUNT
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import subroutine
 
 BEGIN, END, NEXT, CENTER, RADIUS, VALUES = 0, 1, 2, 3, 6, 7
 """Columns of a node: first block, last + 1, next node that is no descendant, box, and others."""

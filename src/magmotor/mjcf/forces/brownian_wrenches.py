@@ -11,20 +11,17 @@ seed, replica, factor, level and first step, of which `BrownianPath.view` gives 
 Numbers beyond the model's `nuserdata` default to 0, 0, 1, 0, 0, and a factor of 0 means 1.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.late_functions import LateFunction
 from magmotor.noise import COARSEST, HELD, LARGEST_SEED, LARGEST_STEP, BrownianPath, normal
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 
 _word = types.int64
 _ADD = types.int64(_word, _word, _word, _word)

@@ -4,12 +4,7 @@ A box acts on the block by its multipoles if the first moment left out is small 
 its halves act, and at last each of its dipoles.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
-
-from numba import types
 
 from magmotor.dipoles import inner
 from magmotor.mjcf import memory
@@ -34,18 +29,11 @@ from magmotor.mjcf.forces.tiles import (
     dispatch,
     terms_of_pairs,
 )
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.simd import (
-    COUNT,
-    broadcast,
-    fused,
-    load,
-    minimum,
-    store,
-    where_equal,
-    where_less,
-)
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.simd import broadcast, fused, load, minimum, store, where_equal, where_less
 
 NEED, NODE = VALUES + COUNTED, VALUES + COUNTED + 1
 """Column of the gap that a node needs to act by its multipoles, and number of columns."""

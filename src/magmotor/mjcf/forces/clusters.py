@@ -6,9 +6,6 @@ they err by less than a fraction of the RMS force and of the RMS field of all di
 estimated from neighbors; where the result is less, it is computed again.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
@@ -54,8 +51,9 @@ from magmotor.mjcf.forces.tiles import (
     Y,
     Z,
 )
-from magmotor.numerics.simd import COUNT, broadcast, lane_numbers, load, total, where_less
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.simd import broadcast, lane_numbers, load, total, where_less
 
 FIXED = -1
 """Stands for the magnet of a dipole that cannot move."""

@@ -1,11 +1,8 @@
 """Couplings: factors by which the magnets of two bodies act on each other."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from magmotor.mjcf.declarations.custom import element
 from magmotor.mjcf.declarations.table import couplings
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 
 @subroutine(forceinline=True)

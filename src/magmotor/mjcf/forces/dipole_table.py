@@ -3,9 +3,6 @@
 The dipoles of one body form a magnet, and so does each piece of iron.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from typing import NamedTuple
 
 from magmotor.dipoles import sum_over_sources
@@ -17,8 +14,8 @@ from magmotor.mjcf.forces.iron_pieces import MOVES as MOVES_OF_PIECE
 from magmotor.mjcf.forces.iron_pieces import PIECE
 from magmotor.mjcf.forces.iron_pieces import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
-from magmotor.numerics.simd import COUNT
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import subroutine
 
 LABEL = 6
 """Row of the table with the dipoles' rigid bodies, after positions and moments."""

@@ -7,12 +7,7 @@ as the source, which makes the loops long. The field at the smaller magnet deter
 which are opposite about any common point.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 from typing import Any
-
-from numba import types
 
 from magmotor.dipoles import sum_over_sources
 from magmotor.mjcf import memory
@@ -38,8 +33,9 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.tiles import TILED, dipole_and_sums, fill_tiles, sum_over_pairs
 from magmotor.mjcf.late_functions import LateFunction
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 
 _word, _number = types.int64, types.float64
 _MANY = types.int64(_word, _word, _number, *8 * [_word])

@@ -6,19 +6,16 @@ so, such as NaN, makes all controls 0. If the `prm` s of the actuator in its tup
 core saturates there: u is then replaced by u/sqrt(1 + (u/s)^2).
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 import numpy as np
-from numba import types
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import element
 from magmotor.mjcf.declarations.table import coils, fields
+from magmotor.numerics import c_types as types
+from magmotor.numerics.deferred import External, subroutine
 from magmotor.numerics.elementary import float_as_bits
-from magmotor.numerics.subroutine import subroutine
 
 DISABLE_CLAMP, DISABLE_ACTUATION = 1 << 8, 1 << 11
 """mjDSBL_CLAMPCTRL and mjDSBL_ACTUATION."""
@@ -26,7 +23,7 @@ DISABLE_CLAMP, DISABLE_ACTUATION = 1 << 8, 1 << 11
 LARGEST = 1e10
 """mjMAXVAL, the largest control that is not bad, as NaN is."""
 
-_is_disabled = types.ExternalFunction("mj_actuatorDisabled", types.int32(types.int64, types.int32))
+_is_disabled = External("mj_actuatorDisabled", types.int32(types.int64, types.int32))
 
 
 def bind() -> None:

@@ -9,9 +9,6 @@ The Gauss-Seidel method starts from no magnetization, so that the result depends
 state. It converges since `spontaneous_magnetization.py` has shown that U has one minimum.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.dipoles import sum_over_sources
@@ -26,8 +23,8 @@ from magmotor.mjcf.forces.iron_pieces import (
     VOLUME,
 )
 from magmotor.mjcf.forces.mirror import add_image, mirrored
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, magnetize
-from magmotor.numerics.subroutine import subroutine
 
 MOST_SWEEPS = 2000
 """Number of sweeps after which the moments do not converge; 500 spheres that touch need sixty."""

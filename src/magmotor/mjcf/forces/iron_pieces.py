@@ -4,20 +4,15 @@ A geom is a piece, described by one dipole at its center: that of the ellipsoid 
 proportions, times its volume. The shape of a capsule or cylinder counts with its whole length.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
-
-from numba.extending import register_jitable
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.iron import BOX, CYLINDER, ELLIPSOID, SPHERE
 from magmotor.mjcf.declarations.table import pieces, planes
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirror_of
+from magmotor.numerics.deferred import jitable, subroutine
 from magmotor.numerics.demagnetization import demagnetizing_factors
-from magmotor.numerics.subroutine import subroutine
 
 PIECE, VOLUME, SUSCEPTIBILITY, SATURATION, FACTORS, OUTER, ENERGY = 0, 1, 2, 3, 4, 7, 10
 """Columns of a piece: its geom, its volume, its material, its demagnetizing factors, the field in T
@@ -69,7 +64,7 @@ def _ellipsoid(geom, m, offsets):
     return ellipsoid(shape, size[0], size[1], size[2])
 
 
-@register_jitable
+@jitable
 def ellipsoid(shape, a, b, c):
     """Return the same by the type and the size of a geom."""
     if shape == SPHERE:

@@ -5,13 +5,10 @@ of U(q) = sum_k a_k sin kq + b_k cos kq, in J, where q is in rad or m. The gener
 acts on the joint, between its body and the parent.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf import memory
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 
 @subroutine(forceinline=True)

@@ -1,8 +1,5 @@
 """The energy of dipoles, iron, fields and images in one another's field."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
@@ -19,7 +16,7 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.mirror import NOTHING
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 
 @subroutine

@@ -1,8 +1,5 @@
 """Everything magnetic of a model in one state: dipoles, iron and its moments, fields, a mirror."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 from typing import Any, NamedTuple
 
@@ -38,8 +35,8 @@ from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
 from magmotor.mjcf.forces.iron_pieces import COLUMNS, OUTER, read_mirror, read_pieces
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 
 ALIGNMENT = 1024
 """Bytes that MuJoCo may add for frames and alignment, generously."""

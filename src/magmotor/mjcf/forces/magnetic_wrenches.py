@@ -1,8 +1,5 @@
 """Magnetic forces and torques on bodies, written into MuJoCo's memory."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED
@@ -28,7 +25,7 @@ from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.magnetic_state import read_dipoles, read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 
 @subroutine(forceinline=True)

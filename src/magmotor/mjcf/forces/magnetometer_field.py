@@ -1,15 +1,12 @@
 """Magnetometers: the field at a site, along the site's axes, as MuJoCo's sensor data."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.table import magnetometers
 from magmotor.mjcf.error_numbers import UNMEASURED
 from magmotor.mjcf.forces.magnetic_state import field_at, read_state
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 
 @subroutine

@@ -6,11 +6,8 @@ n is the normal and k = chi/(chi + 2). The field and the force of all images at 
 those of the dipoles themselves at the mirrored place. Applied fields are left as they are.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 from magmotor.mjcf import memory
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False)
 """A sum over no sources, as of `magmotor.dipoles.sum_over_sources`."""

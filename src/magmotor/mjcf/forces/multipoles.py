@@ -8,14 +8,11 @@ The potential of a dipole m at d is (p.r)/r^3 + (r.Q.r)/r^5 + (O:rrr)/r^7 + ...,
 Q and O are symmetric, and have no traces. The field is B = -grad phi, and the force grad (a.B).
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.dipoles import inner
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.simd import broadcast, fused, negative, square_root
-from magmotor.numerics.subroutine import subroutine
 
 P, Q, O, POWER, COUNTED = 0, 3, 9, 19, 20
 """Columns of the moments: 3 of p, 6 of Q, 10 of O (lexicographic), and the square of the next."""

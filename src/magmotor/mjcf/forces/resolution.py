@@ -8,9 +8,6 @@ that let magnets sink into each other do not keep their dipoles apart. At time 0
 unless joints connect the two, since links of robots often overlap.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import ctypes
 import math
 
@@ -19,7 +16,7 @@ import numpy as np
 from magmotor.mjcf import memory
 from magmotor.mjcf.error_numbers import NO_ERROR, OVERLAP
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, LABEL, MOVES
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 FASTEST_TURN = 4.0
 """Largest turn in rad from rest within one timestep: (omega h)^2 = 4 across the field."""

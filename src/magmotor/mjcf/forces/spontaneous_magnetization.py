@@ -14,9 +14,6 @@ fields of all others' unit moments cannot exceed its inverse polarizability (Ger
 as is so for pieces that do not nearly touch.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 
 from magmotor.dipoles import PERMEABILITY_OVER_4PI, inner
@@ -31,9 +28,10 @@ from magmotor.mjcf.forces.induction import (
 )
 from magmotor.mjcf.forces.iron_pieces import FACTORS, SUSCEPTIBILITY, VOLUME
 from magmotor.mjcf.forces.mirror import mirrored
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.simd import (
-    COUNT,
     broadcast,
     lane_numbers,
     load,
@@ -42,7 +40,6 @@ from magmotor.numerics.simd import (
     where_equal,
     where_less,
 )
-from magmotor.numerics.subroutine import subroutine
 
 GOLDEN_RATIO = 0.5 * (math.sqrt(5.0) - 1.0)
 """Its multiples, less integers, are the magnetizations in A/m from which to start."""

@@ -10,17 +10,14 @@ chunk meets one other. The meetings of a round share no data and are tasks for M
 (`mju_threadpool`). The order of all sums, and so the bits, are those of a single thread.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
-from numba import types
-
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI, inner
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.dipole_table import LABEL, padded
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics import c_types as types
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import External, subroutine
 from magmotor.numerics.simd import (
-    COUNT,
     broadcast,
     fused,
     lane_numbers,
@@ -33,7 +30,6 @@ from magmotor.numerics.simd import (
     where_equal,
     where_less,
 )
-from magmotor.numerics.subroutine import subroutine
 
 TILED = 256
 """Number of dipoles from which tiles are faster than one loop for each dipole."""
@@ -51,7 +47,7 @@ BLOCKS, TILES, CHUNKS, ROUND, HEADER = range(5)
 """Words of a job; a word for each chunk follows, which is 1 if any dipoles coincide."""
 
 _word, _int = types.int64, types.int32
-dispatch = types.ExternalFunction("mju_dispatch", types.void(_word, _word, _word, _word, _int))
+dispatch = External("mju_dispatch", types.void(_word, _word, _word, _word, _int))
 """Give a number of tasks, of a function and its argument, to the thread pool of an mjData."""
 
 _task_address = memory.address_of("magmotor_tile_task")

@@ -8,17 +8,13 @@ thermal energy, `Dampers.defect`; the first acceleration mostly tells. After eac
 velocities of each tree are scaled to the kinetic energy with which the motion began.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import math
-
-from numba import types
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.langevin.position_forces import compute_forces
-from magmotor.numerics.numba_cache import copy
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.arrays import copy
+from magmotor.numerics.deferred import External, subroutine
 
 HEUN, RUNGE_KUTTA = 20.0, 300.0
 """Powers 3 and 5 of h |a| / |v| up to which these rules are tried, over the allowed error."""
@@ -51,7 +47,7 @@ FUNCTIONS = {
     _compute_bias,
     _solve_inertia,
     _integrate_positions,
-) = (types.ExternalFunction(name, signature) for name, signature in FUNCTIONS.items())
+) = (External(name, signature) for name, signature in FUNCTIONS.items())
 
 
 @subroutine

@@ -10,9 +10,6 @@ from one of several baths whose dampers share velocities has an error of first o
 sum has none.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 import math
 from typing import Any, NamedTuple
 
@@ -26,7 +23,7 @@ from magmotor.mjcf.langevin.position_forces import (
     update_rows,
 )
 from magmotor.noise import HELD, normal
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.deferred import subroutine
 
 BRIDGE = 32 << 32
 """Added to the channel for the number that divides a step's increment into two halves."""

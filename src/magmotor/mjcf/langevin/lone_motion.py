@@ -3,9 +3,6 @@
 Of MuJoCo's functions, it needs only those that advance positions and update the frames.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false
-
 import math
 from typing import NamedTuple
 
@@ -23,10 +20,10 @@ from magmotor.mjcf.langevin.friction_and_noise import standard_normal
 from magmotor.mjcf.langevin.lone_model import Ball, LoneModel, read_lone_bodies
 from magmotor.mjcf.langevin.position_forces import apply_forces_to, apply_own_forces
 from magmotor.mjcf.langevin.tree import read_tree
-from magmotor.numerics.numba_cache import copy
+from magmotor.numerics.arrays import copy
+from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.rotations import columns, dot, mul_quat, plus, scaled
 from magmotor.numerics.splittings import friction_and_noise
-from magmotor.numerics.subroutine import subroutine
 
 BODY, QUATERNION, DOF, CHANNEL, ISOTROPIC, TWIST, LAST_TWIST = 0, 1, 2, 3, 4, 5, 7
 """Columns of `LoneBodies.balls`: the fields of `Ball`, whether isotropic, and twist axes."""

@@ -1,16 +1,12 @@
 """B: the generalized forces of the position on a kinematic tree, those at zero velocity."""
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
-from numba import types
-
 from magmotor.mjcf import binding, memory
 from magmotor.mjcf.declarations.reader import table_of
 from magmotor.mjcf.error_numbers import WORDS
 from magmotor.mjcf.error_reports import report
 from magmotor.mjcf.forces.all_forces import apply_forces
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.deferred import External, subroutine
 
 _word, _int = types.int64, types.int32
 _FUNCTIONS = {
@@ -29,7 +25,7 @@ _FUNCTIONS = {
     _compute_actuation,
     _collide,
     _make_constraints,
-) = (types.ExternalFunction(name, signature) for name, signature in _FUNCTIONS.items())
+) = (External(name, signature) for name, signature in _FUNCTIONS.items())
 
 
 def bind() -> None:

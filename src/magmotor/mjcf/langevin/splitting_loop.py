@@ -3,12 +3,7 @@
 It is compiled for kinematic trees, and for lone bodies, without what only trees need.
 """
 
-# Numba's intrinsics hide their first parameter:
-# pyright: reportCallIssue=false, reportGeneralTypeIssues=false
-
 from functools import cache
-
-from numba import types
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.forces.brownian_wrenches import chosen
@@ -34,8 +29,10 @@ from magmotor.mjcf.langevin.position_forces import (
     constraint_count,
 )
 from magmotor.mjcf.wrench_owners import note_others
-from magmotor.numerics.numba_cache import compiled_once, copy
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics import c_types as types
+from magmotor.numerics.arrays import copy
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import External, subroutine
 
 A, B, O, K, R, S = range(6)
 """Codes of the parts; see `magmotor.numerics.splittings`."""
@@ -51,7 +48,7 @@ _FUNCTIONS = {
     **free_motion.FUNCTIONS,
     "mj_step": types.void(_word, _word),
 }
-_take_step = types.ExternalFunction("mj_step", _FUNCTIONS["mj_step"])
+_take_step = External("mj_step", _FUNCTIONS["mj_step"])
 
 
 @cache

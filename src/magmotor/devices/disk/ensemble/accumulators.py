@@ -8,7 +8,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from magmotor.device.checkpoint import LARGEST
@@ -16,18 +15,10 @@ from magmotor.devices.disk.observables import energy
 from magmotor.devices.disk.scene import Disk, LangevinParticle
 from magmotor.devices.disk.states import DiskStates
 from magmotor.devices.disk.variational import LANES, TURN
-from magmotor.numerics.numba_cache import compiled_once
-from magmotor.numerics.simd import (
-    COUNT,
-    broadcast,
-    fused,
-    lane_numbers,
-    load,
-    store,
-    total,
-    where_less,
-)
-from magmotor.numerics.subroutine import subroutine
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.constants import COUNT
+from magmotor.numerics.deferred import njit, subroutine
+from magmotor.numerics.simd import broadcast, fused, lane_numbers, load, store, total, where_less
 
 BINS = 120
 REACH = 6.0

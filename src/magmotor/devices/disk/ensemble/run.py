@@ -46,7 +46,7 @@ from magmotor.devices.disk.variational import (
 )
 from magmotor.noise import check_seed
 from magmotor.numerics.compilation_notice import Progress, compile_here
-from magmotor.numerics.simd import COUNT
+from magmotor.numerics.constants import COUNT
 
 BLOCK = 64
 """Number of samples that the kernel passes to the statistics at a time, in the L2 cache."""

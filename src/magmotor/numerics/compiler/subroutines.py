@@ -6,7 +6,6 @@ keeps the intermediate code only, and optimizes it within each function that Pyt
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any, NoReturn
 
 from numba import njit, types
@@ -14,6 +13,7 @@ from numba.core import config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
 
 if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
     raise ImportError("NUMBA_DISABLE_JIT is set: unset it, since magmotor needs compiled code")
@@ -36,17 +36,8 @@ def _without_constant(kind: Any) -> Any:
     return types.unliteral(kind) if isinstance(kind, types.IntegerLiteral) else kind
 
 
-def subroutine(
-    function: Callable | None = None, *, forceinline: bool = False, inline: str = "never"
-) -> Any:
-    """Compile a function for others to call; a decorator, with options of Numba or without.
-
-    LLVM inlines the function where it sees fit, or always if `forceinline` is true, either here or,
-    by a rule of Numba's, for the first caller that is compiled. If `inline` is "always", Numba
-    inlines it, which takes much longer. A division by zero is no error, whoever calls.
-    """
-    if function is None:
-        return partial(subroutine, forceinline=forceinline, inline=inline)
+def compiled(function: Callable, forceinline: bool, inline: str) -> Any:
+    """Return Numba's object for `magmotor.numerics.deferred.subroutine`."""
     options: dict[str, Any] = {
         "inline": inline,
         "error_model": "numpy",
@@ -55,9 +46,16 @@ def subroutine(
     }
     if forceinline:
         options["forceinline"] = True
-    compiled: Any = njit(function, pipeline_class=_SubroutineCompiler, **options)
-    compiled.__class__ = Subroutine
-    return compiled
+    dispatcher: Any = njit(function, pipeline_class=_SubroutineCompiler, **options)
+    dispatcher.__class__ = Subroutine
+    return dispatcher
+
+
+def external(symbol: str, signature: str) -> types.ExternalFunction:
+    """Return Numba's object for a C function."""
+    arguments, result = normalize_signature(signature)
+    assert result is not None
+    return types.ExternalFunction(symbol, result(*arguments))
 
 
 class _SubroutineCompiler(Compiler):

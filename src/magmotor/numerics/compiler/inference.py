@@ -1,0 +1,27 @@
+"""What Numba is told: the types of names that stand for its objects, and addresses of symbols."""
+
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core import registry
+from numba.extending import typeof_impl
+
+import magmotor.numerics.compiler.constants  # noqa: F401  registers their type
+from magmotor.numerics import symbols
+
+symbols.give_to(llvm.add_symbol)
+_target: Any = registry.cpu_target  # whose members have no types
+
+
+def resolve(kind: type) -> None:
+    """Type instances of a class as their attribute `real`."""
+
+    @typeof_impl.register(kind)
+    def _type(value: Any, _context: Any) -> Any:
+        return _target.typing_context.resolve_value_type(value.real)
+
+
+def refresh() -> None:
+    """Let Numba read its lists of functions again, to which a new object may have added some."""
+    _target.typing_context.refresh()
+    _target.target_context.refresh()

@@ -1,0 +1,145 @@
+"""Functions for Numba, which is imported when the first of them is compiled: that takes a while.
+
+A module that defines or calls compiled functions needs only these names. What they stand for is
+made when Numba meets them in the code that it compiles.
+"""
+
+from collections.abc import Callable
+from functools import cached_property, partial, update_wrapper
+from importlib import import_module
+from typing import Any
+
+from magmotor.numerics.c_types import Signature
+
+
+class Deferred:
+    """Stands for an object of Numba.
+
+    Parameters
+    ----------
+    make : callable
+        Returns the object.
+    function : callable, optional
+        The Python function that the object compiles.
+    """
+
+    def __init__(self, make: Callable[[], Any], function: Callable | None = None):
+        self._make = make
+        if function is not None:
+            update_wrapper(self, function)
+
+    @cached_property
+    def real(self) -> Any:
+        """The object."""
+        tell_numba()
+        from magmotor.numerics.compiler import inference
+
+        made = self._make()
+        inference.refresh()
+        return made
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        """Call the object."""
+        return self.real(*args, **options)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of the object."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.real, name)
+
+
+class Subroutine(Deferred):
+    """A function that compiled code calls."""
+
+
+class External(Deferred):
+    """A C function, bound to a symbol when compiled code is loaded."""
+
+    def __init__(self, symbol: str, signature: Signature):
+        self.text = f"{symbol}{signature}"
+        super().__init__(lambda: _external(symbol, signature))
+
+
+def _external(symbol: str, signature: Signature) -> Any:
+    from magmotor.numerics.compiler.subroutines import external
+
+    return external(symbol, str(signature))
+
+
+def subroutine(
+    function: Callable | None = None, *, forceinline: bool = False, inline: str = "never"
+) -> Any:
+    """Compile a function for others to call; a decorator, with options of Numba or without.
+
+    LLVM inlines the function where it sees fit, or always if `forceinline` is true, either here or,
+    by a rule of Numba's, for the first caller that is compiled. If `inline` is "always", Numba
+    inlines it, which takes much longer. A division by zero is no error, whoever calls.
+    """
+    if function is None:
+        return partial(subroutine, forceinline=forceinline, inline=inline)
+
+    def make() -> Any:
+        from magmotor.numerics.compiler.subroutines import compiled
+
+        return compiled(function, forceinline, inline)
+
+    return Subroutine(make, function)
+
+
+def njit(function: Callable) -> Any:
+    """Compile a function for Python and for others to call; a decorator."""
+
+    def make() -> Any:
+        import numba
+
+        return numba.njit(function)
+
+    return Subroutine(make, function)
+
+
+def jitable(function: Callable) -> Any:
+    """Let compiled code call a Python function, which Python calls as it is; a decorator."""
+
+    def make() -> Any:
+        from numba.extending import register_jitable
+
+        return register_jitable(function)
+
+    return _Jitable(make, function)
+
+
+class _Jitable(Deferred):
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        """Call the Python function."""
+        return self.__wrapped__(*args, **options)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+class Intrinsic(Deferred):
+    """A function that a module of `magmotor.numerics.compiler` writes in LLVM's language.
+
+    `name` is an intrinsic of Numba in that module, or makes one if it is called with `by`.
+    """
+
+    def __init__(self, module: str, name: str, *by: Any):
+        self.text = f"{module}.{name}{by}"
+        super().__init__(lambda: _intrinsic(module, name, by))
+
+
+def _intrinsic(module: str, name: str, by: tuple) -> Any:
+    found = getattr(import_module(f"magmotor.numerics.compiler.{module}"), name)
+    return found(*by) if by else found
+
+
+_told = False
+
+
+def tell_numba() -> None:
+    """Teach Numba that the type of a `Deferred` is that of what it stands for."""
+    global _told
+    if _told:
+        return
+    _told = True
+    from magmotor.numerics.compiler import inference
+
+    inference.resolve(Deferred)
