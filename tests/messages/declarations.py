@@ -14,7 +14,7 @@ MODEL = """
   <worldbody>
     <geom name="floor" type="plane" size="1 1 1" pos="0 0 -1"/>
     <geom name="table" type="plane" size="1 1 1" pos="0 0 -2"/>
-    <geom name="bar" type="box" size="0.1 0.1 0.1" pos="0 2 0"/>
+    <geom name="bar" type="cylinder" size="0.1 0.1" pos="0 2 0"/>
     <site name="fixed" pos="0 0 1" user="2"/>
     <body name="needle" user="{wrenches}">
       <joint name="turn" user="{potential}"/>
@@ -329,6 +329,10 @@ DeclarationError(size, 3): iron geom 3 'core': its size must be positive and fin
 >>> mm.describe(sized("core", -1))
 DeclarationError(size, 3): iron geom 3 'core': its size must be positive and finite
 >>> mm.describe(sized("bar", 1, math.nan))
+DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite
+>>> mm.describe(sized("bar", 1, math.inf))
+DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite
+>>> mm.describe(sized("bar", 1, -1))
 DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite
 >>> mm.describe(sized("bar", 1, 0))
 DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite

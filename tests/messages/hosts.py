@@ -7,6 +7,7 @@ import mujoco.rollout
 import numpy as np
 
 import magmotor as mm
+from magmotor.mjcf import layout
 
 MODEL = """
 <mujoco>
@@ -183,8 +184,8 @@ FatalError: site 1 'magnet': its only user number must be its moment in A m^2, w
 FatalError: site 0 'eeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeeee...': its only
     user number must be its moment in A m^2, which must be finite; the direction is its z axis
 >>> step(changed(model(FIXED.replace("fixed", 600 * "漢")), "site_user", 0, math.nan))
-FatalError: site 0 '漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢漢...': its only
-    user number must be its moment in A m^2, which must be finite; the direction is its z axis
+FatalError: site 0 '漢漢...漢...': its only user number must be its moment in A m^2, which must be
+    finite; the direction is its z axis
 >>> step(changed(model(FIXED.replace("fixed", "süß")), "site_user", 0, math.nan))
 FatalError: site 0 'süß': its only user number must be its moment in A m^2, which must be finite;
     the direction is its z axis
@@ -339,6 +340,13 @@ UserWarning: magnetism() has overwritten the force that was set in xfrc_applied 
     between mj_step1 and mj_step2, and added to what is there; set qfrc_applied
     (mm.apply_perturbation does, for the viewer's mouse), or let the plugin magmotor.forces act,
     which leaves xfrc_applied to you
+
+# Structs of another MuJoCo
+>>> layout.verify(layout.current()._replace(nq=24))
+LayoutError: MuJoCo ... does not keep nq... at the declared offsets: this version is not
+    supported; 3.11 to 4.0 are: pip install "mujoco==4.0.*"
+>>> layout.verify(layout.current()._replace(nq=24, nv=0, numeric_data=8))
+LayoutError: MuJoCo ... does not keep nq, nv, ...numeric_data at the declared offsets: ...
 
 # Rollouts on threads
 >>> with mm.magnetism():
