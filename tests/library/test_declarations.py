@@ -229,9 +229,9 @@ def test_what_is_wrong_is_said_alike_by_all_who_read_it():
                 read(model)
             assert str(caught.value) == sentence, source
         if "act=" in source:
-            with pytest.raises(mm.InputError) as refused:
+            with pytest.raises(mm.InputError) as of_langevin:
                 mm.Langevin(model)
-            assert str(refused.value).startswith(sentence)
+            assert str(of_langevin.value).startswith(sentence)
 
 
 def test_what_is_wrong_is_said_by_the_callback():

@@ -318,9 +318,9 @@ def test_a_long_name_does_not_hide_an_error(letter):
     with mm.magnetism(), pytest.raises(mujoco.FatalError) as in_a_step:
         mujoco.mj_forward(model, data)
     assert str(in_a_step.value) == sentence
-    with pytest.raises(mm.InputError) as refused:
+    with pytest.raises(mm.InputError) as of_langevin:
         mm.Langevin(model)
-    assert str(refused.value).startswith(sentence)
+    assert str(of_langevin.value).startswith(sentence)
     with pytest.raises(ValueError) as by_mujoco:  # noqa: PT011 - MuJoCo's
         compiled(text.replace('user="1e-3"', 'user="inf"'), "plugin", "Euler")
     assert sentence.partition("': ")[2] in str(by_mujoco.value)
