@@ -478,7 +478,7 @@ def test_what_is_refused_adds_nothing():
                 exec(example.source, names)
             assert elements(names["spec"]) == before, example.source
             count += 1
-    assert count > 30  # 38
+    assert count > 30  # 40
 
 
 def elements(spec):
