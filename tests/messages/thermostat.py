@@ -164,6 +164,24 @@ NO_MEMORY = """
     )
 )
 
+TWO_NEEDLES = """
+<mujoco>
+  <custom><text name="magmotor" data="dipoles"/></custom>
+  <worldbody>
+    <body>
+      <joint type="slide" axis="1 0 0"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <site name="north" user="1"/>
+    </body>
+    <body>
+      <joint type="slide" axis="1 0 0"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <site name="south" user="1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
 BOXES = """
 <mujoco><option timestep="1e-3"/><worldbody>
   <geom name="floor" type="{}" size="1 1 0.1" condim="1"/>
@@ -680,6 +698,9 @@ ArgumentError: mjcb_passive = 'a function': must not be set (by magnetism(), eit
 >>> model.opt.timestep = 0.5
 >>> langevin.step(mujoco.MjData(model))
 ArgumentError: timestep = 0.5: must still be 0.002, since Langevin reads it only once
+>>> needles = load(TWO_NEEDLES)
+>>> mm.Langevin(needles).step(mujoco.MjData(needles))
+FatalError: dipole sites 1 'south' and 0 'north' coincide: their force is undefined
 >>> full = load(NO_MEMORY)
 >>> mm.Langevin(full, kT=1e-3, friction=1.0).step(mujoco.MjData(full), 10)
 FatalError: at t = 0.01: there is no memory for all contacts: increase <size>
