@@ -1,6 +1,7 @@
 """Brownian paths, and the noise of models."""
 
 import math
+from tempfile import TemporaryDirectory
 
 import mujoco
 
@@ -153,6 +154,17 @@ ArgumentError: hold = 1: must be 1, without a window, if the path is coarsened o
 ArgumentError: factor = 4: must divide the hold, 6 timesteps
 >>> path.held(2**24).refined()
 ArgumentError: hold = 33554432: must be at most 16777216
+
+# Checkpoints of another path
+>>> folder, path = TemporaryDirectory(), BrownianPath(seed=3, timestep=0.05)
+>>> options = {"duration": 1.0, "checkpoint": f"{folder.name}/run.checkpoint"}
+>>> run = mm.simulate(mm.Disk(), method="variational/baoab", path=path, **options)
+>>> mm.simulate(mm.Disk(), method="variational/baoab", path=path.held(7, 5), **options)
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint
+    is of another run: its path is '{"seed": 3, "timestep": 0.05, "factor": 1, "level": 0, "hold":
+    1, "window": null}', not '{"seed": 3, "timestep": 0.05, "factor": 1, "level": 0, "hold": 7,
+    "window": 5}'
+>>> folder.cleanup()
 
 # Brownian rows
 >>> mm.brownian_rows(tree(elbow='damping="0.1"'), 1.0)
