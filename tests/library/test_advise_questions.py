@@ -71,6 +71,19 @@ def test_warnings_are_heard_again_after_overlapping_blocks():
     assert mujoco.get_mju_user_warning() is before
 
 
+TOWER = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <body pos="0 0 0.1"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+    <body name="upper" pos="0 0 0.3"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+    <body pos="2 0 2"><joint axis="0 1 0"/><geom pos="0 0 -1" size=".1"/></body>
+  </worldbody>
+  <sensor><framelinvel name="speed" objtype="xbody" objname="upper"/></sensor>
+</mujoco>
+"""
+
+
 def settled(xml):
     model, data = started(xml)
     mujoco.mj_step(model, data, nstep=2500)
@@ -80,7 +93,7 @@ def settled(xml):
 @pytest.mark.parametrize(("state", "quantity"), [
     (started(PENDULUM), "positions"), (started(PENDULUM, [1e-17]), "joint two"),
     (started(PENDULUM, [1e-17]), "energy"), (settled(BALL), "positions"),
-    (settled(BALL), "energy"),
+    (settled(BALL), "energy"), (settled(TOWER), "positions"), (settled(TOWER), "sensor speed"),
 ])  # fmt: skip
 def test_a_model_at_rest_is_named_before_anything_is_measured(state, quantity, monkeypatch):
     monkeypatch.delattr(Measurement, "reference")
@@ -95,6 +108,14 @@ def test_an_element_is_found_by_its_name_in_latin_1(tmp_path):
     with refused("quantity") as caught:
         mm.advise(model, quantity="joint zw\xf6lf")
     assert caught.value.value == "joint zw\xf6lf"
+
+
+def test_something_at_rest_beside_something_that_moves_is_named():
+    model, data = settled(TOWER)
+    data.qpos[-1] = 0.1
+    with refused("quantity") as caught:
+        mm.advise(model, data, quantity="body upper", budget=2)
+    assert "at rest" not in caught.value.allowed
 
 
 @pytest.mark.parametrize("quantity", ["positions", "joint two", "energy"])

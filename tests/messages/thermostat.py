@@ -702,8 +702,8 @@ ArgumentError: timestep = 0.5: must still be 0.002, since Langevin reads it only
 >>> mm.Langevin(needles).step(mujoco.MjData(needles))
 FatalError: dipole sites 1 'south' and 0 'north' coincide: their force is undefined
 >>> full = load(NO_MEMORY)
->>> mm.Langevin(full, kT=1e-3, friction=1.0).step(mujoco.MjData(full), 10)
-FatalError: at t = 0.01: there is no memory for all contacts: increase <size>
+>>> mm.Langevin(full, kT=1e-3, friction=1.0).step(mujoco.MjData(full))
+FatalError: at t = 0.001: there is no memory for all contacts: increase <size>
 
 # Rollouts
 >>> model = slides("", "")
