@@ -192,26 +192,25 @@ FatalError: site 0 'süß': its only user number must be its moment in A m^2, wh
 
 # Indices that lead out of the model
 >>> mm.describe(changed(model(FIXED), "site_bodyid", 1, -1))
-DeclarationError(index, ...): site_bodyid[1] of the model = -1: must be at least 0 and less than 2
+DeclarationError(index, 1): site_bodyid[1] of the model = -1: must be at least 0 and less than 2
 >>> mm.describe(changed(model(FIXED), "site_bodyid", 1, 3))
-DeclarationError(index, ...): site_bodyid[1] of the model = 3: must be at least 0 and less than 2
+DeclarationError(index, 1): site_bodyid[1] of the model = 3: must be at least 0 and less than 2
 >>> mm.describe(changed(model(FIXED), "body_weldid", 1, 2))
-DeclarationError(index, ...): body_weldid[1] of the model = 2: must be at least 0 and less than 2
+DeclarationError(index, 1): body_weldid[1] of the model = 2: must be at least 0 and less than 2
 >>> mm.describe(changed(model(FIXED), "name_textadr", 0, -1))
-DeclarationError(index, ...): name_textadr[0] of the model = -1: must be at least 0 and less than 52
+DeclarationError(index, 0): name_textadr[0] of the model = -1: must be at least 0 and less than 52
 >>> mm.describe(changed(model(FIXED), "text_adr", 0, 2**31 - 1))
-DeclarationError(index, ...): text_adr[0] of the model = 2147483647: must be at least 0 and less
+DeclarationError(index, 0): text_adr[0] of the model = 2147483647: must be at least 0 and less
     than 4
 >>> mm.describe(changed(model(FIXED), "geom_bodyid", 0, -1))
-DeclarationError(index, ...): geom_bodyid[0] of the model = -1: must be at least 0 and less than 2
+DeclarationError(index, 0): geom_bodyid[0] of the model = -1: must be at least 0 and less than 2
 >>> mm.describe(changed(model(FIXED), "name_bodyadr", 1, -1))
-DeclarationError(index, ...): name_bodyadr[1] of the model = -1: must be at least 0 and less than
-    52
+DeclarationError(index, 1): name_bodyadr[1] of the model = -1: must be at least 0 and less than 52
 >>> two = COUPLING.format(2) + COUPLING.format(3)
 >>> mm.describe(changed(model(custom=two), "tuple_objid", 0, 99))
-DeclarationError(index, ...): tuple_objid[0] of the model = 99: must be at least 0 and less than 2
+DeclarationError(index, 0): tuple_objid[0] of the model = 99: must be at least 0 and less than 2
 >>> mm.describe(changed(model(custom=two), "tuple_adr", 1, 0))
-DeclarationError(index, ...): tuple_adr[1] of the model = 0 and tuple_size[1] = 2: must be a range
+DeclarationError(index, 1): tuple_adr[1] of the model = 0 and tuple_size[1] = 2: must be a range
     within 4 elements behind those before
 >>> step(changed(model(FIXED), "site_bodyid", 1, -1))
 FatalError: site_bodyid[1] of the model = -1: must be at least 0 and less than 2

@@ -194,9 +194,10 @@ UserWarning: soft constraints are softened to suit the timestep 0.002: equalitie
     effective_model has the potential used
 >>> overridden = model(option='o_solref="-1e8 0"', flag='<flag override="enable"/>', contact=1)
 >>> mm.Langevin(overridden, kT=0.2)
-InputError: flag override = 'enable': must be 'disable': give solref, solimp, margin and friction
-    to each geom or pair (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with
-    friction=1.0 takes every model, but can be far too cold where dry friction acts)
+ArgumentError: flag override = 'enable': must be 'disable': give solref, solimp, margin and
+    friction to each geom or pair (disable=['contact'] lets Langevin ignore this;
+    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
+    friction acts)
 >>> langevin = mm.Langevin(model(), kT=300.0)
 UserWarning: kT = 300 J is an energy: 300 K would be kT = 4.14e-21 J
 

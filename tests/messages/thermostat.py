@@ -332,7 +332,7 @@ ArgumentError: friction = 0.0: must damp something, or else kT is never reached:
 >>> model = cart()
 >>> model.dof_armature[3] = 1.0
 >>> mm.Langevin(model, kT=1)
-InputError: joint 'ball': armature = [0.0, 1.0, 0.0]: must be the same about all three axes
+ArgumentError: joint 'ball': armature = [0.0, 1.0, 0.0]: must be the same about all three axes
     (splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
     friction acts)
 >>> model.jnt_stiffness[0] = math.nan
@@ -355,13 +355,13 @@ ArgumentError: timestep = 0.0: must be greater than 0
 ArgumentError: timestep = -1.0: must be greater than 0
 >>> model = cart(option='viscosity="1"', flags='<flag sleep="enable"/>')
 >>> mm.Langevin(model, kT=1)
-InputError: flag sleep = 'enable': must be 'disable' (splitting='o-step-o' with friction=1.0 takes
-    every model, but can be far too cold where dry friction acts)
+ArgumentError: flag sleep = 'enable': must be 'disable' (splitting='o-step-o' with friction=1.0
+    takes every model, but can be far too cold where dry friction acts)
 >>> model = cart()
 >>> model.opt.viscosity = math.inf
 >>> mm.Langevin(model, kT=1)
-InputError: option viscosity = inf: must be zero or greater, and finite (splitting='o-step-o' with
-    friction=1.0 takes every model, but can be far too cold where dry friction acts)
+ArgumentError: option viscosity = inf: must be zero or greater, and finite (splitting='o-step-o'
+    with friction=1.0 takes every model, but can be far too cold where dry friction acts)
 >>> model = cart()
 >>> model.jnt_solref[:] = 1e300
 >>> mm.Langevin(model, kT=1)
@@ -375,69 +375,69 @@ InputError: body_gravcomp of the model contains inf: every value must be finite 
 
 # Dry friction
 >>> mm.Langevin(cart(rail='frictionloss="1"'), kT=1)
-InputError: joint 'rail': frictionloss = 1.0: must be zero, or disabled by the flag frictionloss
-    (disable=['frictionloss'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0
-    takes every model, but can be far too cold where dry friction acts)
+ArgumentError: joint 'rail': frictionloss = 1.0: must be zero, or disabled by the flag
+    frictionloss (disable=['frictionloss'] lets Langevin ignore this; splitting='o-step-o' with
+    friction=1.0 takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("frictionloss", rail='frictionloss="1"'), kT=1)
 >>> mm.Langevin(cart(cord='frictionloss="1"'), kT=1)
-InputError: tendon 'cord': frictionloss = 1.0: must be zero, or disabled by the flag frictionloss
-    (disable=['frictionloss'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0
-    takes every model, but can be far too cold where dry friction acts)
+ArgumentError: tendon 'cord': frictionloss = 1.0: must be zero, or disabled by the flag
+    frictionloss (disable=['frictionloss'] lets Langevin ignore this; splitting='o-step-o' with
+    friction=1.0 takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("frictionloss", cord='frictionloss="1"'), kT=1)
 
 # Damping that is not linear
 >>> mm.Langevin(cart(rail='damping="1 0.5"'), kT=1)
-InputError: joint 'rail': dampingpoly = [0.5, 0.0]: damping that depends on velocity has no law of
-    fluctuation and dissipation: make it zero or disable the flag damper (disable=['damper'] lets
-    Langevin ignore this; splitting='o-step-o' with friction=1.0 takes every model, but can be far
-    too cold where dry friction acts)
+ArgumentError: joint 'rail': dampingpoly = [0.5, 0.0]: damping that depends on velocity has no law
+    of fluctuation and dissipation: make it zero or disable the flag damper (disable=['damper']
+    lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes every model, but can
+    be far too cold where dry friction acts)
 >>> mm.Langevin(cart("damper", rail='damping="1 0.5"'), kT=1)
 
 # Armature
 >>> mm.Langevin(cart(cord='armature="1"'), kT=1)
-InputError: tendon 'cord': armature = 1.0: must be zero (splitting='o-step-o' with friction=1.0
+ArgumentError: tendon 'cord': armature = 1.0: must be zero (splitting='o-step-o' with friction=1.0
     takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart(actuator='<motor name="servo" tendon="cord" armature="1"/>'), kT=1)
-InputError: actuator 'servo': armature = 1.0: must be zero on a tendon: Langevin does not support
-    it (splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where
-    dry friction acts)
+ArgumentError: actuator 'servo': armature = 1.0: must be zero on a tendon: Langevin does not
+    support it (splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold
+    where dry friction acts)
 
 # Contacts
 >>> mm.Langevin(cart(box=TOUCHING, floor=TOUCHING), kT=1)
-InputError: geom 'floor' and geom 'box': condim = 3: must be 1, since dry friction has no
+ArgumentError: geom 'floor' and geom 'box': condim = 3: must be 1, since dry friction has no
     temperature: set condim=1, for contacts without friction, or disable the flag contact
     (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
     every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("contact", box=TOUCHING, floor=TOUCHING), kT=1)
 >>> mm.Langevin(cart(box=f'{TOUCHING} condim="1"', floor=TOUCHING), kT=1)
-InputError: geom 'floor' and geom 'box': condim = 3: must be 1, since dry friction has no
+ArgumentError: geom 'floor' and geom 'box': condim = 3: must be 1, since dry friction has no
     temperature: set condim=1, for contacts without friction, or disable the flag contact
     (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
     every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("contact", box=f'{TOUCHING} condim="1"', floor=TOUCHING), kT=1)
 >>> mm.Langevin(cart(pair=PAIR.format("")), kT=1)
-InputError: pair 'p': condim = 3: must be 1, since dry friction has no temperature: set condim=1,
-    for contacts without friction, or disable the flag contact (disable=['contact'] lets Langevin
-    ignore this; splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold
-    where dry friction acts)
+ArgumentError: pair 'p': condim = 3: must be 1, since dry friction has no temperature: set
+    condim=1, for contacts without friction, or disable the flag contact (disable=['contact'] lets
+    Langevin ignore this; splitting='o-step-o' with friction=1.0 takes every model, but can be far
+    too cold where dry friction acts)
 >>> mm.Langevin(cart("contact", pair=PAIR.format("")), kT=1)
 >>> mm.Langevin(cart(pair=PAIR.format('friction="1e6 1e6"')), kT=1)
-InputError: pair 'p': friction = 1000000.0: viscous contacts are for bodies that hang on the world
-    one by one, with the noise of the model: use mm.Langevin(model) without kT
+ArgumentError: pair 'p': friction = 1000000.0: viscous contacts are for bodies that hang on the
+    world one by one, with the noise of the model: use mm.Langevin(model) without kT
     (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
     every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("contact", pair=PAIR.format('friction="1e6 1e6"')), kT=1)
 >>> model = arm(contact="enable")
 >>> model.geom_condim[:] = 3
 >>> mm.Langevin(model, kT=1)
-InputError: geom 'forearm' and geom 'block': condim = 3: must be 1, since dry friction has no
+ArgumentError: geom 'forearm' and geom 'block': condim = 3: must be 1, since dry friction has no
     temperature: set condim=1, for contacts without friction, or disable the flag contact
     (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
     every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(model, kT=1, disable=["contact"])
 >>> mm.Langevin(model, kT=1, splitting="o-step-o")
 >>> mm.Langevin(load(BOXES.format("box")), kT=1, friction=1.0)
-InputError: geom 'floor' and geom 'cube': types = 'box and box': their contact points jump, so
+ArgumentError: geom 'floor' and geom 'cube': types = 'box and box': their contact points jump, so
     that the force has no potential: use spheres or capsules, or boxes and cylinders on planes; or
     disable the flag contact (disable=['contact'] lets Langevin ignore this; splitting='o-step-o'
     with friction=1.0 takes every model, but can be far too cold where dry friction acts)
@@ -445,29 +445,29 @@ InputError: geom 'floor' and geom 'cube': types = 'box and box': their contact p
 
 # Actuators without a potential
 >>> mm.Langevin(load(PID), kT=1)
-InputError: number of plugins = 1: must be zero, except for magmotor.forces and those of geoms and
-    sensors: Langevin does not support them (disable=['actuation'] lets Langevin ignore this;
+ArgumentError: number of plugins = 1: must be zero, except for magmotor.forces and those of geoms
+    and sensors: Langevin does not support them (disable=['actuation'] lets Langevin ignore this;
     splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
     friction acts)
 >>> mm.Langevin(load(PID), kT=1, disable=["actuation"])
 >>> adhesion = '<adhesion name="servo" body="cart" ctrlrange="0 1"/>'
 >>> mm.Langevin(cart(actuator=adhesion), kT=1)
-InputError: actuator 'servo': transmission = 'body': must not be a body, since adhesion has no
+ArgumentError: actuator 'servo': transmission = 'body': must not be a body, since adhesion has no
     potential: change it or disable the flag actuation (disable=['actuation'] lets Langevin ignore
     this; splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where
     dry friction acts)
 >>> mm.Langevin(cart("actuation", actuator=adhesion), kT=1)
 >>> on_a_ball = '<position name="servo" joint="ball" kp="1"/>'
 >>> mm.Langevin(cart(actuator=on_a_ball), kT=1)
-InputError: actuator 'servo': transmission = 'joint': must act on a hinge, a slide, a tendon or a
-    slider-crank, since its force depends on the position and has no potential otherwise: change
+ArgumentError: actuator 'servo': transmission = 'joint': must act on a hinge, a slide, a tendon or
+    a slider-crank, since its force depends on the position and has no potential otherwise: change
     it or disable the flag actuation (disable=['actuation'] lets Langevin ignore this;
     splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
     friction acts)
 >>> mm.Langevin(cart("actuation", actuator=on_a_ball), kT=1)
 >>> mm.Langevin(cart(actuator=ON_SITE), kT=1)
-InputError: actuator 'servo': transmission = 'site': must act on a hinge, a slide, a tendon or a
-    slider-crank, since its force depends on the position and has no potential otherwise: change
+ArgumentError: actuator 'servo': transmission = 'site': must act on a hinge, a slide, a tendon or
+    a slider-crank, since its force depends on the position and has no potential otherwise: change
     it or disable the flag actuation (disable=['actuation'] lets Langevin ignore this;
     splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
     friction acts)
@@ -475,9 +475,9 @@ InputError: actuator 'servo': transmission = 'site': must act on a hinge, a slid
 >>> on_the_cord = '<position name="servo" tendon="cord" kp="1"/>'
 >>> limited = {"pin": 'actuatorfrcrange="-1 1"', "actuator": on_the_cord}
 >>> mm.Langevin(cart(**limited), kT=1)
-InputError: joint 'pin': actfrcrange = [-1.0, 1.0]: must be without limits, since actuator 'servo'
-    acts on several joints, and its force has no potential where one of them limits it: change it
-    or disable the flag actuation (disable=['actuation'] lets Langevin ignore this;
+ArgumentError: joint 'pin': actfrcrange = [-1.0, 1.0]: must be without limits, since actuator
+    'servo' acts on several joints, and its force has no potential where one of them limits it:
+    change it or disable the flag actuation (disable=['actuation'] lets Langevin ignore this;
     splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
     friction acts)
 >>> mm.Langevin(cart("actuation", **limited), kT=1)
@@ -598,18 +598,18 @@ InputError: actuator 'servo': forcerange = [-1.0, 1.0]: must be without limits, 
     'frictionloss', 'contact'] lets Langevin ignore these; splitting='o-step-o' with friction=1.0
     takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(model, kT=1, disable=["limit", "frictionloss", "contact"])
-InputError: actuator 'servo': forcerange = [-1.0, 1.0]: must be without limits, since actuator
+ArgumentError: actuator 'servo': forcerange = [-1.0, 1.0]: must be without limits, since actuator
     'servo' damps (its biasprm[2] is not zero), and a damper that is clamped has no law of
     fluctuation and dissipation: change it or disable the flag actuation (disable=['limit',
     'frictionloss', 'contact', 'actuation'] lets Langevin ignore this; splitting='o-step-o' with
     friction=1.0 takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(model, kT=1, disable=["limit", "actuation", "contact"])
-InputError: joint 'elbow': frictionloss = 0.1: must be zero, or disabled by the flag frictionloss
-    (disable=['limit', 'actuation', 'contact', 'frictionloss'] lets Langevin ignore this;
-    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
-    friction acts)
+ArgumentError: joint 'elbow': frictionloss = 0.1: must be zero, or disabled by the flag
+    frictionloss (disable=['limit', 'actuation', 'contact', 'frictionloss'] lets Langevin ignore
+    this; splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where
+    dry friction acts)
 >>> mm.Langevin(model, kT=1, disable=["limit", "actuation", "frictionloss"])
-InputError: geom 'forearm' and geom 'block': condim = 3: must be 1, since dry friction has no
+ArgumentError: geom 'forearm' and geom 'block': condim = 3: must be 1, since dry friction has no
     temperature: set condim=1, for contacts without friction, or disable the flag contact
     (disable=['limit', 'actuation', 'frictionloss', 'contact'] lets Langevin ignore this;
     splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
@@ -618,7 +618,7 @@ InputError: geom 'forearm' and geom 'block': condim = 3: must be 1, since dry fr
 >>> mm.Langevin(model, kT=1, disable=flags)
 >>> model.opt.density = 1.0
 >>> mm.Langevin(model, kT=1, disable=flags)
-InputError: option density = 1.0: must be set to zero, since drag by the square of the velocity
+ArgumentError: option density = 1.0: must be set to zero, since drag by the square of the velocity
     has no law of fluctuation and dissipation (splitting='o-step-o' with friction=1.0 takes every
     model, but can be far too cold where dry friction acts)
 
@@ -626,9 +626,9 @@ InputError: option density = 1.0: must be set to zero, since drag by the square 
 >>> point = '<inertial pos="0 0 0" mass="1" diaginertia="2e-15 2e-15 2e-15"/>'
 >>> body = f'<body><joint name="empty" damping="1"/>{point}</body>'
 >>> mm.Langevin(load(f"<mujoco><worldbody>{body}</worldbody></mujoco>"), kT=1)
-InputError: joint 'empty': inertia at qpos0 = 0.0: must be positive: give its body a mass, or the
-    joint an armature (splitting='o-step-o' with friction=1.0 takes every model, but can be far
-    too cold where dry friction acts)
+ArgumentError: joint 'empty': inertia at qpos0 = 0.0: must be positive: give its body a mass, or
+    the joint an armature (splitting='o-step-o' with friction=1.0 takes every model, but can be
+    far too cold where dry friction acts)
 
 # What never reaches equilibrium
 >>> model = arm(body='<body pos="3 0 0"><freejoint name="free"/><geom size="0.1"/></body>')
@@ -820,173 +820,175 @@ ArgumentError: kT = None: must be given: without it, steps are all there is
 
 # Options and flags without kT
 >>> mm.Langevin(lone("<option", '<option density="1"'))
-InputError: option density = 1.0: must be set to zero, since drag by the square of the velocity
+ArgumentError: option density = 1.0: must be set to zero, since drag by the square of the velocity
     has no law of fluctuation and dissipation (with kT, Langevin takes other bodies, too, but not
     the noise of the model)
 >>> mm.Langevin(lone("<option", '<option viscosity="1"'))
-InputError: option viscosity = 1.0: must be zero without kT: the noise of a fluid is not that of
-    `user` (with kT, Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: option viscosity = 1.0: must be zero without kT: the noise of a fluid is not that
+    of `user` (with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone("/>\n  <size", '><flag sleep="enable"/></option>\n  <size'))
-InputError: flag sleep = 'enable': must be 'disable' (with kT, Langevin takes other bodies, too,
-    but not the noise of the model)
+ArgumentError: flag sleep = 'enable': must be 'disable' (with kT, Langevin takes other bodies,
+    too, but not the noise of the model)
 >>> mm.Langevin(lone("/>\n  <size", '><flag override="enable"/></option>\n  <size'))
-InputError: flag override = 'enable': must be 'disable': give solref, solimp, margin and friction
-    to each geom or pair (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes
-    other bodies, too, but not the noise of the model)
+ArgumentError: flag override = 'enable': must be 'disable': give solref, solimp, margin and
+    friction to each geom or pair (disable=['contact'] lets Langevin ignore this; with kT,
+    Langevin takes other bodies, too, but not the noise of the model)
 
 # Actuators, equalities and tendons without kT
 >>> mm.Langevin(lone("</mujoco>", '<actuator><motor joint="x"/></actuator></mujoco>'))
-InputError: number of actuators = 1: must be zero without kT (disable=['actuation'] lets Langevin
-    ignore this; with kT, Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: number of actuators = 1: must be zero without kT (disable=['actuation'] lets
+    Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
+    model)
 >>> joined = lone("</mujoco>", '<equality><joint joint1="x"/></equality></mujoco>')
 >>> mm.Langevin(joined)
-InputError: number of equalities = 1: must be zero without kT (disable=['equality'] lets Langevin
-    ignore this; with kT, Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: number of equalities = 1: must be zero without kT (disable=['equality'] lets
+    Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
+    model)
 >>> mm.Langevin(joined, disable=["equality"])
 >>> mm.Langevin(lone('name="rope"', 'name="rope" stiffness="2"'))
-InputError: tendon 'rope': stiffness = 2.0: must be zero, or disabled by the flag spring (with kT,
-    Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: tendon 'rope': stiffness = 2.0: must be zero, or disabled by the flag spring (with
+    kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="rope"', 'name="rope" frictionloss="2"'))
-InputError: tendon 'rope': frictionloss = 2.0: must be zero, or disabled by the flag frictionloss
-    (disable=['frictionloss'] lets Langevin ignore this; with kT, Langevin takes other bodies,
-    too, but not the noise of the model)
+ArgumentError: tendon 'rope': frictionloss = 2.0: must be zero, or disabled by the flag
+    frictionloss (disable=['frictionloss'] lets Langevin ignore this; with kT, Langevin takes
+    other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="rope"', 'name="rope" armature="2"'))
-InputError: tendon 'rope': armature = 2.0: must be zero (with kT, Langevin takes other bodies,
+ArgumentError: tendon 'rope': armature = 2.0: must be zero (with kT, Langevin takes other bodies,
     too, but not the noise of the model)
 >>> mm.Langevin(lone('name="rope"', 'name="rope" limited="true" range="0 1"'))
-InputError: tendon 'rope': limited = True: must be zero, or disabled by the flag limit
+ArgumentError: tendon 'rope': limited = True: must be zero, or disabled by the flag limit
     (disable=['limit'] lets Langevin ignore this; with kT, Langevin takes other bodies, too, but
     not the noise of the model)
 >>> wire = '<spatial name="wire" damping="1"><site site="a"/><site site="b"/></spatial>'
 >>> mm.Langevin(lone("</tendon>", f"{wire}</tendon>"))
-InputError: tendon 'wire': damping = 1.0: must be zero without kT, unless the tendon is a fixed
+ArgumentError: tendon 'wire': damping = 1.0: must be zero without kT, unless the tendon is a fixed
     one (with kT, Langevin takes other bodies, too, but not the noise of the model)
 
 # Bodies without kT
 >>> hat = '<body name="hat">{}<geom/></body>'
 >>> mm.Langevin(lone('<geom name="head"/>', hat.format('<joint type="hinge"/>')))
-InputError: body 'hat': parent = "body 'top'": must be the world or fixed to it (with kT, Langevin
-    takes other bodies, too, but not the noise of the model)
+ArgumentError: body 'hat': parent = "body 'top'": must be the world or fixed to it (with kT,
+    Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('<geom name="head"/>', hat.format("")))
-InputError: body 'hat': parent = "body 'top'": must be the world or fixed to it (with kT, Langevin
-    takes other bodies, too, but not the noise of the model)
+ArgumentError: body 'hat': parent = "body 'top'": must be the world or fixed to it (with kT,
+    Langevin takes other bodies, too, but not the noise of the model)
 >>> fly = '<body name="fly"><joint/><geom/></body>'
 >>> mm.Langevin(lone('mocap="true"/>', f'mocap="true">{fly}</body>'))
-InputError: body 'fly': parent = "body 'lamp'": must be the world or fixed to it (with kT,
+ArgumentError: body 'fly': parent = "body 'lamp'": must be the world or fixed to it (with kT,
     Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('diaginertia="1 1 1.5"', 'fullinertia="1 1 1.5 0.1 0 0"'))
-InputError: inertia between joint 'spin' = 0.1...: must be zero: put slides at right
-    angles, and align the frames of bodies on ball joints with their principal axes (with kT,
-    Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: inertia between joint 'spin' = 0.10000000000000087: must be zero: put slides at
+    right angles, and align the frames of bodies on ball joints with their principal axes (with
+    kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone(ROWS, "0 0 0 1 0 0  0 0 0 0 2 0  0 0 0 0 0 1"))
-InputError: body 'top': user = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 2.0, 0.0],
+ArgumentError: body 'top': user = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 2.0, 0.0],
     [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]: since the moments of inertia differ, Brownian torques must be
     three rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a) (with kT,
     Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone(ROWS, "1 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1"))
-InputError: body 'top': user = [[1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+ArgumentError: body 'top': user = [[1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
     [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]: since the moments of inertia differ, Brownian torques must be
     three rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a) (with kT,
     Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone(ROWS, "0 0 0 1 0 0  1 0 0 0 0 0  0 0 0 0 1 0  0 0 0 0 0 1"))
-InputError: body 'top': user = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+ArgumentError: body 'top': user = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
     [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]: since the moments of inertia differ, Brownian torques must be
     three rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a) (with kT,
     Langevin takes other bodies, too, but not the noise of the model)
 
 # Joints without kT
 >>> mm.Langevin(lone('name="x"', 'name="x" stiffness="2"'))
-InputError: joint 'x': stiffness = 2.0: must be zero, or disabled by the flag spring (with kT,
+ArgumentError: joint 'x': stiffness = 2.0: must be zero, or disabled by the flag spring (with kT,
     Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="x"', 'name="x" damping="1 2"'))
-InputError: joint 'x': dampingpoly = [2.0, 0.0]: damping that depends on velocity has no law of
+ArgumentError: joint 'x': dampingpoly = [2.0, 0.0]: damping that depends on velocity has no law of
     fluctuation and dissipation: make it zero or disable the flag damper (disable=['damper'] lets
     Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
     model)
 >>> mm.Langevin(lone('name="x"', 'name="x" range="0 1" limited="true"'))
-InputError: joint 'x': limited = True: must be zero, or disabled by the flag limit
+ArgumentError: joint 'x': limited = True: must be zero, or disabled by the flag limit
     (disable=['limit'] lets Langevin ignore this; with kT, Langevin takes other bodies, too, but
     not the noise of the model)
 >>> mm.Langevin(lone('name="turn"', 'name="turn" frictionloss="2"'))
-InputError: joint 'turn': frictionloss = 2.0: must be zero, or disabled by the flag frictionloss
-    (disable=['frictionloss'] lets Langevin ignore this; with kT, Langevin takes other bodies,
-    too, but not the noise of the model)
+ArgumentError: joint 'turn': frictionloss = 2.0: must be zero, or disabled by the flag
+    frictionloss (disable=['frictionloss'] lets Langevin ignore this; with kT, Langevin takes
+    other bodies, too, but not the noise of the model)
 >>> up = '<joint name="up" type="hinge" axis="0 0 1"/>'
 >>> mm.Langevin(lone('<joint name="turn"', f'{up}<joint name="turn"'))
-InputError: body 'disk': joints = ['slide', 'hinge', 'hinge']: must be slides, followed by at most
-    one hinge, ball or free joint (with kT, Langevin takes other bodies, too, but not the noise of
-    the model)
+ArgumentError: body 'disk': joints = ['slide', 'hinge', 'hinge']: must be slides, followed by at
+    most one hinge, ball or free joint (with kT, Langevin takes other bodies, too, but not the
+    noise of the model)
 >>> sideways = '<joint name="y" type="slide" axis="0 1 0"/>'
 >>> mm.Langevin(lone('<geom name="rim"/>', f'{sideways}<geom name="rim"/>'))
-InputError: body 'disk': joints = ['slide', 'hinge', 'slide']: must be slides, followed by at most
-    one hinge, ball or free joint (with kT, Langevin takes other bodies, too, but not the noise of
-    the model)
+ArgumentError: body 'disk': joints = ['slide', 'hinge', 'slide']: must be slides, followed by at
+    most one hinge, ball or free joint (with kT, Langevin takes other bodies, too, but not the
+    noise of the model)
 >>> skew = '<joint name="skew" type="slide" axis="1 1 0"/>'
 >>> mm.Langevin(lone('<joint name="turn"', f'{skew}<joint name="turn"'))
-InputError: inertia between joint 'x' and joint 'skew' = 2.96...: must be zero: put
+ArgumentError: inertia between joint 'x' and joint 'skew' = 2.961921958772244: must be zero: put
     slides at right angles, and align the frames of bodies on ball joints with their principal
     axes (with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('axis="0 -1 0"/>', 'axis="0 -1 0" pos="0 0 0.01"/>'))
-InputError: joint 'turn': pos = [0.0, 0.0, 0.01]: must be at the center of mass, [0.0, 0.0, 0.0]
-    (with kT, Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: joint 'turn': pos = [0.0, 0.0, 0.01]: must be at the center of mass, [0.0, 0.0,
+    0.0] (with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('pos="0 0 0" mass="1"', 'pos="0 0 0.1" mass="1"'))
-InputError: joint 'spin': pos = [0.0, 0.0, 0.0]: must be at the center of mass, [0.0, 0.0, 0.1]
+ArgumentError: joint 'spin': pos = [0.0, 0.0, 0.0]: must be at the center of mass, [0.0, 0.0, 0.1]
     (with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="spin"', 'name="spin" armature="1"'))
-InputError: joint 'spin': armature = 1.0: must be zero: armature does not rotate with the body
+ArgumentError: joint 'spin': armature = 1.0: must be zero: armature does not rotate with the body
     (with kT, Langevin takes other bodies, too, but not the noise of the model)
 
 # Viscous contacts without kT
 >>> mm.Langevin(lone("1e6 1e6 0", "1 1 0"))
-InputError: contact of pair 'slip' = 'not viscous': must be a viscous one (mm.ViscousContact)
+ArgumentError: contact of pair 'slip' = 'not viscous': must be a viscous one (mm.ViscousContact)
     without kT (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
     bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('condim="3"', 'condim="4"'))
-InputError: contact of geom 'floor' and geom 'rim' = 'condim 4, friction 1e+06, solimp [0.0001,
+ArgumentError: contact of geom 'floor' and geom 'rim' = 'condim 4, friction 1e+06, solimp [0.0001,
     0.0001, 0.001, 0.5, 2.0], solreffriction [0.0, -1000000000000.0], cone elliptic': a viscous
     contact must have condim 3, friction 1e+06, solreffriction "0 -b", a constant solimp and an
     elliptic cone (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
     bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('cone="elliptic"', 'cone="pyramidal"'))
-InputError: contact of geom 'floor' and geom 'rim' = 'condim 3, friction 1e+06, solimp [0.0001,
+ArgumentError: contact of geom 'floor' and geom 'rim' = 'condim 3, friction 1e+06, solimp [0.0001,
     0.0001, 0.001, 0.5, 2.0], solreffriction [0.0, -1000000000000.0], cone pyramidal': a viscous
     contact must have condim 3, friction 1e+06, solreffriction "0 -b", a constant solimp and an
     elliptic cone (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
     bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('"0 -1e12"', '"-1 -1e12"'))
-InputError: contact of geom 'floor' and geom 'rim' = 'condim 3, friction 1e+06, solimp [0.0001,
+ArgumentError: contact of geom 'floor' and geom 'rim' = 'condim 3, friction 1e+06, solimp [0.0001,
     0.0001, 0.001, 0.5, 2.0], solreffriction [-1.0, -1000000000000.0], cone elliptic': a viscous
     contact must have condim 3, friction 1e+06, solreffriction "0 -b", a constant solimp and an
     elliptic cone (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
     bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('impratio="1e-14"', 'impratio="1"'))
-InputError: pair 'slip': R/A = 952.28...: must be at least 1e+06: a smaller impratio
+ArgumentError: pair 'slip': R/A = 952.2857142857142: must be at least 1e+06: a smaller impratio
     increases it (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
     bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('pos="0 0 0.1"', 'pos="0 0 0.2"'))
-InputError: pair 'slip': active contacts at qpos0 = 0: must be exactly one (disable=['contact']
+ArgumentError: pair 'slip': active contacts at qpos0 = 0: must be exactly one (disable=['contact']
     lets Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
     model)
 >>> slope = '<joint name="x" type="slide" axis="1 0 1"/>'
 >>> mm.Langevin(lone('<joint name="x" type="slide" axis="1 0 0"/>', slope))
-InputError: pair 'slip': body 'disk' = 'free to leave the plane': must be held at a fixed height,
-    since the contact bears no load (disable=['contact'] lets Langevin ignore this; with kT,
-    Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: pair 'slip': body 'disk' = 'free to leave the plane': must be held at a fixed
+    height, since the contact bears no load (disable=['contact'] lets Langevin ignore this; with
+    kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="rim"', 'name="rim" pos="0 0.01 0" mass="0"/><geom mass="1"'))
-InputError: geom 'rim': pos = [0.0, 0.01, 0.0]: must be at its body's center of mass, [0.0, 0.0,
-    0.0] (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other bodies,
-    too, but not the noise of the model)
+ArgumentError: geom 'rim': pos = [0.0, 0.01, 0.0]: must be at its body's center of mass, [0.0,
+    0.0, 0.0] (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
+    bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="rim"', 'name="rim" type="capsule"'))
-InputError: geom 'floor' and geom 'rim': types = ['plane', 'capsule']: must be a fixed plane and a
-    sphere (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other bodies,
-    too, but not the noise of the model)
+ArgumentError: geom 'floor' and geom 'rim': types = ['plane', 'capsule']: must be a fixed plane
+    and a sphere (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
+    bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('geom2="rim"', 'geom2="head"'))
-InputError: body 'top': moments of inertia = [1.0, 1.0, 1.5]: must be equal, since pair 'slip'
+ArgumentError: body 'top': moments of inertia = [1.0, 1.0, 1.5]: must be equal, since pair 'slip'
     acts on it (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
     bodies, too, but not the noise of the model)
 >>> touching = 'contype="1" conaffinity="1"'
 >>> mm.Langevin(lone('contype="0" conaffinity="0"', touching))
-InputError: contact of geom 'floor' and geom 'head' = 'not viscous': must be a viscous one
+ArgumentError: contact of geom 'floor' and geom 'head' = 'not viscous': must be a viscous one
     (mm.ViscousContact) without kT (disable=['contact'] lets Langevin ignore this; with kT,
     Langevin takes other bodies, too, but not the noise of the model)
 
