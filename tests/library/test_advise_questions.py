@@ -7,7 +7,8 @@ import warnings
 
 import mujoco
 import pytest
-from advised_models import AMPLITUDE, BALL, NEEDLE, OSCILLATOR, PENDULUM, TRAP, Clock, started
+from advised_models import AMPLITUDE, BALL, NEEDLE, OSCILLATOR, PENDULUM, Clock, started
+from refusals import refused
 
 import magmotor as mm
 from magmotor.advice import survey
@@ -20,44 +21,6 @@ from magmotor.advice.survey import Survey
 def clock(monkeypatch):
     """Budgets count steps instead of time, so that no load of the machine changes an answer."""
     return Clock(monkeypatch, step=1e-5)
-
-
-def test_a_temperature_and_noise_exclude_each_other():
-    with pytest.raises(ValueError, match=r"kT = 1\.0: must be omitted, since the model has noise"):
-        mm.advise(*started(TRAP), kT=1.0, duration=5.0)
-
-
-def test_noise_needs_room_to_choose_its_path():
-    silent = TRAP.replace('<size nuserdata="5"/>', "")
-    with pytest.raises(ValueError, match="nuserdata of the model = 0: must be at least 5, to"):
-        mm.advise(*started(silent))
-
-
-@pytest.mark.parametrize(("quantity", "sentence"), [
-    ("speed", "quantity = 'speed': must be 'positions', 'energy', 'body NAME'"),
-    ("joint tow", r"joint of the quantity = 'tow': must be one of one, two \(did you mean 'two'"),
-    ("sensor x", "quantity = 'sensor x': the model has no sensor with a name"),
-    (lambda model, data: "fast", "quantity .*: must be finite numbers"),
-    (lambda model, data: math.nan, "quantity .*: must be finite numbers"),
-    (lambda model, data: 1 / 0, "quantity = '<lambda>': fails: division by zero"),
-    (lambda model, data: data.qpos[: 1 + (data.time > 0.1)], "always be the same number"),
-    ("joint", "quantity = 'joint': must be 'positions', 'energy', 'body NAME'"),
-    (lambda model, data: 1.0, "quantity .*: does not change along the path"),
-])  # fmt: skip
-def test_a_quantity_that_is_not_there_is_named(quantity, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        mm.advise(*started(PENDULUM, [1.0]), quantity=quantity, budget=2)
-
-
-@pytest.mark.parametrize(("arguments", "sentence"), [
-    ({"error": 1e-9}, "error = 1e-09: must be"),
-    ({"error": 1.0}, "error = 1.0: must be"),
-    ({"duration": 0.2}, "duration = 0.2: must be at least 0.24 s, 48 timesteps"),
-    ({"budget": 0.1}, "budget = 0.1: must be"),
-])  # fmt: skip
-def test_numbers_out_of_bounds_are_named(arguments, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        mm.advise(*started(PENDULUM, [1.0]), **arguments)
 
 
 @pytest.mark.parametrize("inside", [False, True])
@@ -75,7 +38,7 @@ def test_what_is_not_finite_along_the_path_is_no_accuracy():
         return run.qpos[0] if run.time < 1.0 else math.nan
 
     model, data = started(PENDULUM, [1.0, 0.5])
-    with pytest.raises(ValueError, match=r"quantity = 'at_first': is not finite along"):
+    with refused("quantity"):
         mm.advise(model, data, quantity=at_first, duration=2.0, budget=5)
 
 
@@ -89,11 +52,6 @@ def test_a_quantity_that_changes_only_when_chaos_has_set_in_has_no_error():
     assert not advice.method
     assert advice.reason == "the quantity does not change before the reference is lost"
     assert advice.statistics
-
-
-def test_data_of_another_model_are_named():
-    with pytest.raises(ValueError, match="data = 'MjData': must belong to the model"):
-        mm.advise(started(PENDULUM)[0], started(OSCILLATOR)[1])
 
 
 def test_copied_data_are_accepted():
@@ -111,13 +69,6 @@ def test_warnings_are_heard_again_after_overlapping_blocks():
     with pytest.warns(UserWarning, match="heard"):
         warnings.warn("heard", stacklevel=1)
     assert mujoco.get_mju_user_warning() is before
-
-
-def test_a_picture_needs_something_measured(tmp_path):
-    with pytest.raises(ValueError, match=r"points = \(\): must be measured"):
-        mm.Advice(quantity="positions", error=0.01, duration=1.0).draw(tmp_path / "advice.png")
-    with pytest.raises(ValueError, match="must be in an existing directory"):
-        mm.advise(*started(PENDULUM, [1.0]), picture=tmp_path / "missing" / "advice.png")
 
 
 TOWER = """
@@ -146,8 +97,7 @@ def settled(xml):
 ])  # fmt: skip
 def test_a_model_at_rest_is_named_before_anything_is_measured(state, quantity, monkeypatch):
     monkeypatch.delattr(Measurement, "reference")
-    sentence = f"quantity = '{quantity}': does not change along the path: the model is at rest"
-    with pytest.raises(ValueError, match=sentence):
+    with refused("quantity"):
         mm.advise(*state, quantity=quantity)
 
 
@@ -155,15 +105,17 @@ def test_an_element_is_found_by_its_name_in_latin_1(tmp_path):
     path = tmp_path / "model.xml"
     path.write_bytes(PENDULUM.replace('"two"', '"zw\xf6lf"').encode("latin-1"))
     model = mujoco.MjModel.from_xml_path(str(path))
-    with pytest.raises(ValueError, match="'joint zw\xf6lf': does not change along the path"):
+    with refused("quantity") as caught:
         mm.advise(model, quantity="joint zw\xf6lf")
+    assert caught.value.value == "joint zw\xf6lf"
 
 
 def test_something_at_rest_beside_something_that_moves_is_named():
     model, data = settled(TOWER)
     data.qpos[-1] = 0.1
-    with pytest.raises(ValueError, match="'body upper': does not change along the path; give"):
+    with refused("quantity") as caught:
         mm.advise(model, data, quantity="body upper", budget=2)
+    assert "at rest" not in caught.value.allowed
 
 
 @pytest.mark.parametrize("quantity", ["positions", "joint two", "energy"])
@@ -171,14 +123,6 @@ def test_slow_motion_is_judged(quantity):
     advice = mm.advise(*started(PENDULUM, [1e-3]), quantity=quantity, budget=5)
     assert advice.method
     assert advice.doubt < 1e-6  # 7e-8
-
-
-def test_a_model_without_degrees_of_freedom_is_named():
-    model = mujoco.MjModel.from_xml_string(
-        "<mujoco><worldbody><geom size='1'/></worldbody></mujoco>"
-    )
-    with pytest.raises(ValueError, match="nv of the model = 0: must be at least 1"):
-        mm.advise(model, quantity=lambda _, data: data.time)
 
 
 @pytest.mark.parametrize(("timestep", "duration"), [("0.005", 1.0), ("0.04", 1.92)])

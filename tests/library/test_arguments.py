@@ -11,12 +11,12 @@ import mujoco
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refused
 
 import magmotor as mm
 from magmotor import live
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array, check_integer, check_number
-from magmotor.device import provenance
 from magmotor.devices.top.states import start
 from magmotor.numerics import linear_stability as linear
 
@@ -404,23 +404,16 @@ def is_right(function, value):
     return function in DRAWN and (value is None or isinstance(value, float | str))
 
 
-@pytest.mark.parametrize(
-    ("path", "message"),
-    [
-        ("folder", "a file, not a directory"),
-        ("missing/top", "in an existing directory"),
-        ("top.xyz", "a file name that ends in"),
-    ],
-)
-def test_a_picture_is_written_where_it_can_be(path, message, tmp_path, monkeypatch):
+@pytest.mark.parametrize("path", ["folder", "missing/top", "top.xyz"])
+def test_a_picture_is_written_where_it_can_be(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folders = {tmp_path / f"folder{suffix}" for suffix in (".png", ".mp4")}
     for folder in folders:
         folder.mkdir()
     picture, film = (path if "." in path else path + suffix for suffix in (".png", ".mp4"))
-    with pytest.raises(ValueError, match=message):
+    with refused("path"):
         mm.plots.overview(RUNS["top"], None, picture)
-    with pytest.raises(ValueError, match=message):
+    with refused("path"):
         mm.render.movie(RUNS["top"], TOP, film)
     assert {*tmp_path.iterdir()} == folders
 
@@ -428,177 +421,8 @@ def test_a_picture_is_written_where_it_can_be(path, message, tmp_path, monkeypat
 def test_a_picture_takes_the_runs_own_scene(tmp_path):
     mm.plots.overview(RUNS["top"], None, tmp_path / "top.png")
     assert (tmp_path / "top.png").stat().st_size > 10_000
-    with pytest.raises(ValueError, match=r"^scene\.friction = 0\.5: must be 0\.3, as in the run"):
+    with refused("scene.friction"):
         mm.plots.overview(RUNS["top"], TOP.replace(friction=0.5), tmp_path / "other.png")
-
-
-HOSTILE: dict[str, Any] = {"masked": np.ma.masked, "half": 0.5, "list": [], "text": "a"}
-
-EXTREMES = [
-    (lambda: mm.Disk(v=1e200), r"^v = 1e\+200: must be zero or from 1e-30 to 1e\+30 in magnitude"),
-    (lambda: mm.Disk(sigma=5e-324), "^sigma = 5e-324: must be from 1e-30"),
-    (lambda: mm.Top(ball_axial_inertia=5e-324), "^ball_axial_inertia = 5e-324: must be from 1e-30"),
-    (lambda: mm.Top(ring_dipoles=10**6), "^ring_dipoles = 1000000: must be at most 100000"),
-    (lambda: mm.observables.minimum(mm.Top(ring_height=100.0)), "^height of the ring = 100"),
-    (lambda: mm.dipoles.field([1e300, 0, 0], POINTS, POINTS), r"^points contains 1e\+300"),
-    (lambda: mm.dipoles.wrench(VECTOR, [1e300, 0, 0], POINTS, POINTS), r"^moment contains 1e\+300"),
-    (lambda: mm.theory.y_diffusion(mm.Disk(friction=0.0, noise=0.0)), r"^y_diffusion\(scene\): "),
-    (lambda: mm.theory.ReducedDisk(mm.Disk(sigma=1e-20)), "^scene = .* needs more than 1000000"),
-    (lambda: mm.theory.d_diffusion(DISK, 1e20), r"^terms of D\(d\) = "),
-    (lambda: mm.theory.position_density(mm.Disk(noise=1e-9), 1.0), "^noise = 1e-09: must be so"),
-    (lambda: mm.simulate(DISK, duration=1.0, initial={"x": b"1"}), r"^initial\['x'\] = b'1'"),
-    (lambda: mm.Disk(noise=HOSTILE["masked"]), "^noise = .*: must be a number"),
-    (
-        lambda: mm.observables.momentum_map(mm.Top(), np.ones((5, 3)), np.ones((4, 3))),
-        r"^shape of angular_velocity = \(4, 3\): .* broadcast with \(5,\), the .* of axis",
-    ),
-    (
-        lambda: mm.theory.SmallMotion.of(np.eye(2), np.eye(2), np.eye(3), np.eye(2)),
-        "^length n of friction = 3: must be 2, as in inertia",
-    ),
-    (
-        lambda: mm.theory.SmallMotion.of(-np.eye(2), np.eye(2), np.eye(2), np.eye(2)),
-        "^smallest eigenvalue of inertia = -1.0: must be greater than 0",
-    ),
-    (lambda: SWEEP.case(2), "^index = 2: must be at most 1"),
-    (lambda: SWEEP.changes(-1), "^index = -1: must be at least 0"),
-    (lambda: SWEEP.axes[0].at(HOSTILE["half"]), "^index = 0.5: must be an integer"),
-    (lambda: mm.sweep.Range(0.1, 0.2).stretch(np.ones(1)), "^smallest unit = 1.0: must be less"),
-    (
-        lambda: provenance.scene_from("Pendulum", {}),
-        "^scene = 'Pendulum': must be one of .*; import the module that defines the scene class fi",
-    ),
-    (
-        lambda: provenance.scene_from("Disk", HOSTILE["list"]),
-        r"^fields = \[\]: must be an instance of dict",
-    ),
-    (
-        lambda: mm.rerun(RUNS["disk"], measures=np.array(2.0)),
-        "^measures = .*: must be a list of names",
-    ),
-    (
-        lambda: mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse,
-        "^noise = 0.0: must be larger",
-    ),
-    (lambda: mm.simulate(DISK, duration=0), "^duration = 0: must be greater than 0 s$"),
-    (lambda: live.live_scene(DISK, timestep=0), "^timestep = 0: must be greater than 0 s$"),
-]
-
-
-CHAIN = """
-<mujoco>
-  <option viscosity="1"/>
-  <worldbody>
-    <body>
-      <joint name="shoulder" axis="0 1 0" damping="1" limited="true" range="-30 30"
-             solreflimit="0.1 1"/>
-      <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.05" mass="1"/>
-      <body pos="0 0 -1">
-        <joint type="ball" damping="1"/>
-        <geom type="capsule" fromto="0 0 0 0 0 -1" size="0.05" mass="1"/>
-      </body>
-    </body>
-  </worldbody>
-  <equality><joint joint1="shoulder" solref="0.1 1"/></equality>
-  <actuator><motor joint="shoulder"/></actuator>
-</mujoco>
-"""
-
-
-def chain(**changes: Any) -> mujoco.MjModel:
-    """Return a chain with changed numbers."""
-    model = mujoco.MjModel.from_xml_string(CHAIN)
-    for name, value in changes.items():
-        if name == "viscosity":
-            model.opt.viscosity = value
-        else:
-            getattr(model, name)[:] = value
-    return model
-
-
-def moved(model: mujoco.MjModel, **changes: Any) -> mujoco.MjData:
-    """Return data of a model with changed numbers."""
-    data = mujoco.MjData(model)
-    for name, value in changes.items():
-        if name == "time":
-            data.time = value
-        else:
-            getattr(data, name)[:] = value
-    return data
-
-
-def bent(**changes: Any) -> mujoco.MjData:
-    """Return data of a chain beyond its limit, with changed numbers."""
-    return moved(LIMITED.model, qpos=[1.0, 1.0, 0.0, 0.0, 0.0], **changes)
-
-
-def records(**widths: int) -> xr.Dataset:
-    """Return a run of 16 records of the pendulum, with further variables of these widths."""
-    others = {name: (f"{name} number", np.zeros(width)) for name, width in widths.items()}
-    return STILL["run"].assign(others)
-
-
-NOISE, LIMITED = mm.JointNoise(chain(), 1.0), mm.Langevin(chain(), 1.0)
-FLUID = mm.JointNoise(chain(geom_fluid=math.inf), 1.0)
-metropolis, configurational_temperature = (
-    mm.metropolis, mm.configurational_temperature
-)  # fmt: skip
-
-ANY_MODEL = [
-    (lambda: NOISE.force(moved(PENDULUM)), "^data.model = .*: must be the model of this JointN"),
-    (lambda: NOISE.force(moved(NOISE._model, time=math.nan)), "^data.time = nan: must be less"),
-    (lambda: NOISE.force(moved(NOISE._model, qpos=math.inf)), "^force = .*: must be finite, and"),
-    (lambda: FLUID.force(moved(FLUID._model)), "^force = .*: must be finite, and"),
-    (lambda: mm.JointNoise(chain(body_mass=math.inf), 1.0), "^body_mass of the model contains inf"),
-    (lambda: mm.brownian_rows(chain(body_mass=math.inf), 1.0), "^body_mass of the model contains"),
-    (lambda: mm.JointNoise(chain(viscosity=math.nan), 1.0), "^option viscosity = nan: must be "),
-    (lambda: mm.Langevin(chain(viscosity=math.inf), 1.0), "^option viscosity = inf: must be "),
-    (lambda: mm.Langevin(chain(jnt_solref=1e300), 1.0), r"^jnt_solref of the model .* 1e\+300"),
-    (
-        lambda: mm.Langevin(chain(body_gravcomp=math.inf), 1.0, splitting="o-step-o", friction=1.0),
-        "^body_gravcomp of the model contains inf",
-    ),
-    (lambda: mm.Langevin(chain(), {"\udcff": 1.0}), r"^kT = '\\udcff': must be the name of a"),
-    (
-        lambda: LIMITED.forces(bent(qfrc_applied=math.inf)),
-        "^forces = .*: must be finite, and so must be positions and applied forces in data",
-    ),
-    (lambda: LIMITED.largest_timestep(bent(qfrc_applied=math.inf)), "^forces = .*must be finite"),
-    (lambda: metropolis(PENDULUM, 1.0, potential=lambda data: HOSTILE["text"]),
-     r"^potential\(data\) = 'a': must be a number"),
-    (lambda: metropolis(PENDULUM, 1.0, potential=lambda data: math.nan),
-     r"^potential\(data\) = nan: must be a number, which may be infinite"),
-    (lambda: metropolis(PENDULUM, 1.0, samples=10**8, replicas=10**8),
-     "^samples = 100000000: 100000000 x 100000000 records do not fit in memory"),
-    (lambda: configurational_temperature(**STILL, forces=lambda data: np.ones(2)),
-     r"^forces\(data\) has shape \(2,\): must have shape \(1,\)"),
-    (lambda: configurational_temperature(**STILL, forces=lambda data: HOSTILE["text"]),
-     r"^forces\(data\) = 'a': must be an array of numbers"),
-    (lambda: configurational_temperature(PENDULUM, records(qfrc_applied=3)),
-     r"^qfrc_applied of run has shape \(3,\): must have shape \(1,\)"),
-    (lambda: configurational_temperature(**STILL, forces=lambda data: np.ones(1)),
-     "^model = 'at the positions of run': some force of the position must act"),
-    (lambda: mm.kinetic_temperature(
-        PENDULUM, xr.Dataset({n: (("r", "t", "n"), np.ones((0, 9, 1))) for n in ("qpos", "qvel")})
-     ), "^number of records of run = 0: must be at least 16"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("call", "message"), ANY_MODEL, ids=[m for _, m in ANY_MODEL])
-def test_what_a_model_of_ones_own_must_not_be(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()
-
-
-def test_forces_that_are_not_finite_end_a_run():
-    with pytest.raises(FloatingPointError, match=r"^the state was lost at t = "):
-        mm.Langevin(LIMITED.model, 1.0).step(bent(qfrc_applied=math.inf))
-
-
-def test_work_that_is_not_finite_ends_a_run():
-    langevin = mm.Langevin(PENDULUM, 1.0, friction=1.0, splitting="o-step-o")
-    with pytest.raises(FloatingPointError, match=r"^the state was lost at t = "):
-        langevin.step(moved(PENDULUM, qfrc_applied=1e300))
 
 
 def test_nothing_has_no_rows():
@@ -607,13 +431,9 @@ def test_nothing_has_no_rows():
 
 def test_a_wall_is_an_infinite_energy():
     wall = {"potential": lambda data: math.inf if data.qpos[0] < 0 else 0.0, "initial": [0.1]}
-    assert (metropolis(PENDULUM, 1.0, samples=100, replicas=2, burn_in=10, **wall).qpos >= 0).all()
-
-
-@pytest.mark.parametrize(("call", "message"), EXTREMES, ids=[m for _, m in EXTREMES])
-def test_extremes_are_named(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()
+    assert (
+        mm.metropolis(PENDULUM, 1.0, samples=100, replicas=2, burn_in=10, **wall).qpos >= 0
+    ).all()
 
 
 @pytest.mark.parametrize("field", ["friction", "noise", "sigma", "friction_ratio"])
@@ -634,27 +454,8 @@ def test_a_checked_function_keeps_its_name_signature_and_docstring():
     assert function.__name__ == "libration_frequency"
     assert [*inspect.signature(function).parameters] == ["scene", "field"]
     assert "Angular frequency" in (inspect.getdoc(function) or "")
-    with pytest.raises(TypeError, match=r"needs field$"):
+    with pytest.raises(TypeError):
         function(TOP)  # pyright: ignore[reportCallIssue]
-
-
-@pytest.mark.parametrize(
-    ("value", "shape", "message"),
-    [
-        ([[1, 2], [3]], (), "must be an array of numbers"),
-        ([True], (), "must be an array of numbers"),
-        ([1, 2, 3, 4], (..., 3), r"has shape \(4,\): must have shape \(\.\.\., 3\)"),
-        (1.0, ("N",), r"has shape \(\): must have shape \(N,\)"),
-        ([[1, 2]], (2,), r"has shape \(1, 2\): must have shape \(2,\)"),
-        ([1, math.inf], (), "contains inf: every value must be finite"),
-        (np.ma.array([1.0, 2.0], mask=[False, True]), (), "must be an array without masked values"),
-        (np.ones((2, 3)), ("n", "n"), r"has shape \(2, 3\): must have shape \(n, n\)"),
-        ([1e31], (), r"contains 1e\+31: every value must be finite and at most 1e\+30"),
-    ],
-)
-def test_what_is_no_array(value, shape, message):
-    with pytest.raises(ValueError, match=f"^field.*{message}"):
-        check_array("field", value, *shape)
 
 
 def test_the_ends_of_ranges_belong_to_them():
@@ -662,7 +463,7 @@ def test_the_ends_of_ranges_belong_to_them():
     assert check_number("field", -1e-30) == -1e-30
     assert check_integer("field", 2**53) == 2**53
     assert check_array("field", [-1e30, 1e-300]).tolist() == [-1e30, 1e-300]
-    with pytest.raises(ValueError, match="at most 9007199254740992"):
+    with refused("field"):
         check_integer("field", 2**53 + 1)
 
 
@@ -676,7 +477,7 @@ def test_what_numpy_warns_of_is_an_error_whether_warnings_are_or_not(warned, val
 
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter(warned)
-        with pytest.raises(ValueError, match=r"harmonic\(x\): .* encountered"):
+        with pytest.raises(mm.InputError):
             checked(harmonic)(value)
         assert checked(finite=False)(harmonic)(value) == 0
     assert not seen

@@ -5,6 +5,7 @@ from typing import Any, cast
 import mujoco
 import numpy as np
 import pytest
+from refusals import refused
 
 import magmotor as mm
 
@@ -124,17 +125,17 @@ def test_a_point_at_a_dipole_has_no_arrow(magnets):
     assert abs(middles - [data.site_xpos[4], [0.5] * 3]).max() < 5e-7  # 4e-8: not a dipole; no site
 
 
-def test_what_cannot_be_drawn_is_named_and_adds_nothing(magnets):
+def test_what_cannot_be_drawn_adds_nothing(magnets):
     model, data = magnets
     view = mujoco.MjvScene(model, 21)
     mm.draw_moments(view, model, data)
-    with pytest.raises(ValueError, match=r"view.maxgeom = 21: must be at least 23: 3 geoms and 20"):
+    with refused("view.maxgeom"):
         mm.draw_field(view, model, data, POINTS)
-    with pytest.raises(ValueError, match=r"limits = .*: must be in ascending order"):
+    with refused("limits"):
         mm.draw_field(view, model, data, POINTS[0], limits=(1e-3, 1e-3))
-    with pytest.raises(ValueError, match=r"smallest limits = 0.0: must be greater than 0"):
+    with refused("smallest limits"):
         mm.draw_field(view, model, data, POINTS[0], limits=(0, 1))
-    with pytest.raises(ValueError, match=r"view = .*: must be an instance of mujoco.*MjvScene"):
+    with refused("view"):
         mm.draw_moments(cast(Any, model), model, data)
     assert view.ngeom == 3
 

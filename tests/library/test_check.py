@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 from pairwise import pairwise
+from refusals import refused
 
 import magmotor as mm
 from magmotor.mjcf.checking.closest_approach import meetings
@@ -651,14 +652,6 @@ def test_fix_sets_the_same_in_a_spec(contact, option):
         assert mm.check(compiled).findings == ()
 
 
-def test_a_spec_that_does_not_compile_is_rejected():
-    spec = mujoco.MjSpec.from_string(
-        "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
-    )
-    with pytest.raises(ValueError, match="MuJoCo cannot compile the model: "):
-        mm.check(spec)
-
-
 @pytest.mark.parametrize(("solref", "longest"), [((-2e8, -40000), 2.5e-5), ((1e-4, 1), 5e-5)])
 def test_a_contact_that_is_stiff_enough_may_need_a_shorter_timestep(solref, longest):
     model = pair(gap=0.01)
@@ -689,7 +682,7 @@ ONE_JOINT = "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody
 
 
 def test_the_data_of_another_model_are_rejected():
-    with pytest.raises(ValueError, match=r"shape of data.qpos = \(1,\): must be \(14,\)"):
+    with refused("shape of data.qpos"):
         mm.check(pair(), mujoco.MjData(mujoco.MjModel.from_xml_string(ONE_JOINT)))
 
 

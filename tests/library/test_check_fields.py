@@ -37,7 +37,7 @@ def test_a_field_does_not_act_on_what_it_is_fixed_to(numbers, kind):
     assert description.acting == ()
     reason = "not acting: the dipoles, since all are on one rigid body, to which the field is fixed"
     assert reason in str(description)
-    with mm.magnetism(), pytest.warns(UserWarning, match="are all on one rigid body"):
+    with mm.magnetism(), pytest.warns(UserWarning, match="all on one rigid body"):
         mujoco.mj_step(own, mujoco.MjData(own))
     others = mujoco.MjModel.from_xml_string(OWN_FIELD.format(numbers, kind, "other"))
     assert "body 'mount' can swing or turn with omega" in mm.check(others).findings[0]

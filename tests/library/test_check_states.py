@@ -7,6 +7,7 @@ import warnings
 import mujoco
 import numpy as np
 import pytest
+from refusals import refused
 
 import magmotor as mm
 from magmotor.mjcf.checking import dipole_depth
@@ -89,7 +90,7 @@ def test_data_that_are_not_finite_are_rejected(name):
     model = load(world='<body mocap="true"/>')
     data = mujoco.MjData(model)
     getattr(data, name)[0] = np.nan
-    with pytest.raises(ValueError, match=rf"data.{name} = .*: must be finite"):
+    with refused(f"data.{name}"):
         mm.check(model, data)
 
 

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 from dm_control.mjcf import from_xml_string
+from refusals import refused
 
 import magmotor as mm
 from magmotor.devices.ball.coordinates import BallCoordinates
@@ -181,12 +182,6 @@ def test_beside_dry_friction_the_viscous_contact_bears_no_load(gravity):
     assert len(forces) == 2
     assert 0 < forces[1e6] < 1e-4 * scene.ball_mass  # 4.0e-5
     assert forces[0.003] + forces[1e6] == pytest.approx(scene.weight, rel=3e-11)  # 1e-12
-
-
-def test_dry_friction_needs_a_short_step():
-    scene = mm.Top(surface="plane", coulomb_friction=0.1)
-    with pytest.raises(ValueError, match=r"timestep = 0.025: must be less than 0.005 s with dry"):
-        mm.simulate(scene, method="mujoco/rk4", timestep=0.025, duration=1)
 
 
 FLOOR = """
@@ -376,55 +371,6 @@ def test_the_damping_of_a_model_shows_changes_after_the_calibration():
     assert contact.damping_of(model) == pytest.approx(0.2, rel=1e-15, abs=0)  # 0
 
 
-OFF = '<option><flag {}="disable"/></option>'
-NOT_VISCOUS = [
-    ('cone="elliptic"', "", "cone pyramidal': .* must have condim 3, .* an elliptic cone"),
-    ("1e-14", "1e-4", r"option impratio = 0.0001: must be at most 2.9e-07, so that R >= 100 A"),
-    ('"ball" size="0.03', '"ball" type="box" size="1 1 1', r"= ..plane', 'box'.: must be a"),
-    ('<geom name="floor"', '<body mocap="true"><geom name="floor"', "must be a fixed plane"),
-    ("<freejoint/>", "", "body of sphere 'ball' = 'fixed': must be able to move"),
-    ("<worldbody>", OFF.format("contact") + "<worldbody>", "flag contact = .disable.: must be"),
-    ("<worldbody>", OFF.format("constraint") + "<worldbody>", "disable.: must be"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("old", "new", "match"), NOT_VISCOUS)
-def test_a_model_that_cannot_realize_the_law_is_rejected(old, new, match):
-    xml = FLOOR.replace(old, new)
-    if "<body" in new:
-        xml = xml.replace('size="9 9 1"/>', 'size="9 9 1"/></body>')
-    contact = mm.ViscousContact(0.2, "ball", "floor")
-    model = model_of(contact, xml=xml, calibrate=False)
-    for use in (contact.calibrate, contact.damping_of):
-        with pytest.raises(ValueError, match=match):
-            use(model)
-
-
-def test_a_pair_that_does_not_match_the_contact_is_rejected():
-    model = model_of(mm.ViscousContact(0.2, "ball", "floor"))
-    with pytest.raises(ValueError, match="pair 'slip' is not in the model: add it"):
-        mm.ViscousContact(0.2, "ball", "floor", name="slip").calibrate(model)
-    with pytest.raises(
-        ValueError, match="pair 'viscous' = \"geom 'floor' and geom 'ball'\": must be"
-    ):
-        mm.ViscousContact(0.2, "cue", "floor").calibrate(model)
-    model.pair_friction[0, 0] = 1.0
-    with pytest.raises(ValueError, match=r"friction 1, .* must have condim 3, friction 1e\+06"):
-        mm.ViscousContact(0.2, "ball", "floor").calibrate(model)
-    with pytest.raises(ValueError, match=r"description = .* must be an MjSpec or the root"):
-        mm.ViscousContact(0.2, "ball", "floor").add_to(model)
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [("damping", 0.0), ("damping", np.nan), ("sphere", 1), ("plane", None), ("bears_load", 1)],
-)
-def test_invalid_contacts_are_rejected(field, value):
-    fields = {"damping": 0.2, "sphere": "ball", "plane": "floor", field: value}
-    with pytest.raises(ValueError, match=f"^{field} = "):
-        mm.ViscousContact(**fields)
-
-
 ROD, OBLATE = "1e-8 3e-5 3e-5", "3e-6 1.6e-5 1.6e-5"
 OFF_CENTER = 'pos="0 0.01 0.005" mass="0.1" diaginertia="3e-5 3e-5 3e-5"'
 
@@ -447,7 +393,7 @@ def test_damping_is_right_in_every_direction_or_rejected(inertial, impratio, is_
     xml = FLOOR.replace(geom, f"<inertial {inertial}/>{geom}").replace("1e-14", impratio)
     model = model_of(contact, xml=xml, calibrate=False)
     if not is_right:
-        with pytest.raises(ValueError, match=r"option impratio = .* so that R >= 100 A"):
+        with refused("option impratio"):
             contact.calibrate(model)
         return
     contact.calibrate(model)

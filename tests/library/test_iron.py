@@ -7,7 +7,7 @@ import magpylib
 import mujoco
 import numpy as np
 import pytest
-from iron_models import MODEL, free, iron, load
+from iron_models import free, iron
 from scipy.optimize import brentq
 from scipy.special import comb
 
@@ -193,71 +193,3 @@ def test_a_model_with_iron_keeps_its_energy():
                 mujoco.mj_step(model, data)
         drifts.append(np.ptp(energies))
     assert math.log2(drifts[0] / drifts[1]) == pytest.approx(4, abs=1)  # 0.55
-
-
-PLANE = '<geom name="{}" type="plane" size="1 1 1"/>'
-BAD = {
-    "susceptibility": ({"material": "-1.5"}, r"numeric 1 'material'.*\(here -1.5\)"),
-    "saturation": ({"material": "5 -1"}, "numeric 1 'material'"),
-    "twice": ({"pieces": "piece piece"}, "element 2, geom 'piece', is also named by iron tuple 0"),
-    "no geom": ({"pieces": ""}, "iron tuple 0 'iron' must name a numeric, the material, and a"),
-    "two planes": (
-        {"bodies": PLANE.format("piece") + PLANE.format("b"), "pieces": "piece b"},
-        "iron tuple 0 'iron': element 2, geom 'b', is one too many: .* at most one plane",
-    ),
-    "below": (
-        {"bodies": PLANE.format("piece") + free('size="1"', "0 0 -1", "b"), "pieces": "piece b"},
-        r"iron geom 1 'b' is below the plane of iron \(on body 1 ''\)",
-    ),
-    "below, fixed": (
-        {"bodies": PLANE.format("piece") + '<site pos="0 0 -1" user="1"/>'},
-        r"dipole site 0 '' is below the plane of iron \(on body 0 'world'\)",
-    ),
-    "merged": (
-        {"bodies": free('size="1"') + '<site user="1"/>'},
-        "iron geom 0 'piece' has its center at a dipole",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_an_error(name):
-    change, sentence = BAD[name]
-    with pytest.raises((mujoco.FatalError, ValueError), match=sentence):
-        iron(**{"bodies": free('size="1"'), **change})
-
-
-@pytest.mark.parametrize("geom", ['size="1"', 'type="cylinder" size="1 2"'])
-@pytest.mark.parametrize("size", [math.nan, math.inf, 0.0, -1.0])
-def test_a_size_that_is_not_positive_is_an_error(geom, size):
-    model = load(free(geom))
-    model.geom_size[0, int("cylinder" in geom)] = size
-    with pytest.raises(ValueError, match="iron geom 0 'piece': its size must be positive and fin"):
-        mm.describe(model)
-
-
-def test_couplings_do_not_apply_to_iron():
-    coupling = (
-        '<tuple name="coupling"><element objtype="body" objname="a" prm="2"/>'
-        '<element objtype="body" objname="b" prm="2"/></tuple></custom>'
-    )
-    text = MODEL.format(
-        field="0 0 1", material="3", pieces='<element objtype="geom" objname="piece"/>',
-        bodies='<body name="a"><freejoint/><geom name="piece" size="1"/></body>'
-        '<body name="b" pos="9 0 0"><freejoint/><geom size="1"/><site user="1"/></body>',
-    ).replace("</custom>", coupling)  # fmt: skip
-    with pytest.raises(ValueError, match="iron geom 0 'piece' belongs to a body of coupling tuple"):
-        mm.describe(mujoco.MjModel.from_xml_string(text))
-
-
-def test_too_little_memory_is_an_error():
-    """Not a crash: MuJoCo's stack is too small for the pieces."""
-    names = [f"g{k}" for k in range(300)]
-    bodies = "".join(f'<geom name="g{k}" size="0.01" pos="{k} 0 0"/>' for k in range(300))
-    pieces = "".join(f'<element objtype="geom" objname="{name}"/>' for name in names)
-    text = MODEL.format(bodies=bodies, field="0 0 1", material="1", pieces=pieces)
-    model = mujoco.MjModel.from_xml_string(text.replace("<option", '<size memory="70K"/><option'))
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    with pytest.raises(ValueError, match=r"size memory of the model = .*: must be larger by about"):
-        mm.magnetic_energy(model, data)

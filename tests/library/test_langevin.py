@@ -13,7 +13,6 @@ import re
 import signal
 import threading
 import time
-import warnings
 from functools import partial
 from typing import Any
 
@@ -21,6 +20,7 @@ import mujoco
 import numpy as np
 import pytest
 from brief_runs import BRIEF
+from refusals import refused
 from test_friction import TREE
 
 import magmotor as mm
@@ -240,7 +240,7 @@ def test_plugins_of_geoms_exert_no_force_and_those_of_actuators_can_be_disabled(
     driven = mujoco.MjModel.from_xml_string(
         xml.format(extension='<plugin plugin="mujoco.pid"/>', actuator=servo)
     )
-    with pytest.raises(ValueError, match=r"^number of plugins = 1: must be zero, except for"):
+    with pytest.raises(mm.InputError):
         mm.Langevin(driven, kT=1.0)
     states = []
     for model, disable in ((plain, ()), (driven, ["actuation"])):
@@ -466,181 +466,6 @@ def test_a_slide_follows_the_brownian_path_of_the_package():
             assert data.qvel[0] == pytest.approx(expected, rel=1e-13)
 
 
-WARM: dict[str, Any] = {"disable": CONTACT}
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"kT": -1.0}, r"kT = -1.0: must be at least 0"),
-        ({"kT": {}}, r"kT = \{\}: must name at least one joint, tendon, actuator or body"),
-        ({"kT": {"knee": 1.0}}, r"kT = 'knee': must be the name of a joint, tendon, actuator"),
-        ({"kT": {"work": 1.0}}, r"kT = 'work': must be another name"),
-        (
-            {"kT": {"upper": 1.0, "lower": 1.0, "slider": 1.0, "elbow": 2.0, "shoulder": 3.0}},
-            r"kT = 'upper': must be the name of something that damps",
-        ),
-        ({"kT": {"upper": 1.0}}, r"kT = \['upper'\]: must have the temperature of joint 'elbow'"),
-        ({"kT": {"upper": 1.0, "lower": -2.0}}, r"kT\['lower'\] = -2.0: must be at least 0"),
-        ({"kT": 1, "splitting": "baob"}, r"splitting = 'baob': must be"),
-        ({"kT": 1, "disable": ("contacts",)}, r"disable = 'contacts': must be"),
-        ({"kT": 1, "friction": -1.0}, r"friction = -1.0: must be at least 0"),
-        ({"kT": 1, "friction": 0.0}, r"friction = 0.0: must damp something, or else kT is never"),
-        (
-            {"kT": 1, "friction": [1, 1, 1, -1, 1]},
-            r"friction of joint 'elbow' = -1.0: must be zero",
-        ),
-        ({"kT": 1, "friction": [1, 2]}, r"friction has shape \(2,\)"),
-        ({"kT": 1, "friction": np.eye(5) + np.eye(5, k=1)}, r"friction = .* must be symmetric"),
-        (
-            {"kT": 1, "friction": np.eye(5) + 2 * (np.eye(5, k=1) + np.eye(5, k=-1))},
-            r"friction = 'matrix with the eigenvalue -2.46.*': must be positive semidefinite; .*",
-        ),
-        (
-            {"kT": 1, "path": noise.BrownianPath(1, 0.1)},
-            r"path.timestep = 0.1: must be the timestep of the model, 0.002",
-        ),
-        (
-            {"kT": {"upper": 1.0, "lower": 1.0, "slider": 2.0}, "friction": 1.0},
-            r"kT = .*: must be one temperature, since friction as given belongs to no single joint",
-        ),
-    ],
-)
-def test_what_is_wrong_is_named(given, message):
-    model = mujoco.MjModel.from_xml_string(SOFT["limit"])
-    disable = given.get("disable", (*CONTACT, "limit"))
-    with pytest.raises(ValueError, match=f"^{message}"):
-        mm.Langevin(model, **given | {"disable": disable})
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ('frictionloss="0.1"', r"joint 'elbow': frictionloss = 0.1: .* flag frictionloss"),
-        ('damping="0.1 0.2"', r"joint 'elbow': dampingpoly = .*: damping that depends on velocity"),
-    ],
-)
-def test_what_has_no_temperature_is_refused(change, message):
-    xml = ARM.format(elbow=change, more="").replace(f'damping="0.1" {change}', change)
-    if "damping" not in change:
-        xml = ARM.format(elbow=change, more="")
-    model = mujoco.MjModel.from_xml_string(xml)
-    with pytest.raises(ValueError, match=f"^{message}"):
-        mm.Langevin(model, kT=1, disable=CONTACT)
-
-
-def test_contacts_with_friction_are_refused_and_may_be_disabled():
-    model = mujoco.MjModel.from_xml_string(ARM.format(elbow="", more=""))
-    model.geom_condim[:] = 3
-    with pytest.raises(ValueError, match=r"geom 'forearm' and geom 'block': condim = 3: must be 1"):
-        mm.Langevin(model, kT=1)
-    mm.Langevin(model, kT=1, disable=CONTACT)
-    mm.Langevin(model, kT=1, splitting="o-step-o")
-
-
-def test_a_refusal_names_every_obstacle_and_the_flags_that_help():
-    xml = ARM.format(elbow='frictionloss="0.1"', more="")
-    servo = '<actuator><position name="servo" joint="elbow" kv="2" forcerange="-1 1"/></actuator>'
-    model = mujoco.MjModel.from_xml_string(xml.replace("</mujoco>", f"{servo}</mujoco>"))
-    model.geom_condim[:] = 3
-    obstacles = "actuator 'servo'", "joint 'elbow': frictionloss", "geom 'forearm' and geom 'block'"
-    with pytest.raises(ValueError, match="must be 1, since dry friction") as caught:
-        mm.Langevin(model, kT=1, disable=["limit"])
-    assert all(obstacle in str(caught.value) for obstacle in obstacles)
-    flags = ["limit", "actuation", "frictionloss", "contact"]
-    assert f"(disable={flags} lets Langevin ignore these; " in str(caught.value)
-    mm.Langevin(model, kT=1, disable=flags)
-    for flag in flags[1:]:
-        others = [other for other in flags if other != flag]
-        with pytest.raises(ValueError, match=re.escape(f"(disable={[*others, flag]} lets")):
-            mm.Langevin(model, kT=1, disable=others)
-    model.opt.density = 1.0
-    with pytest.raises(ValueError, match=r"^option density = 1.0: .*\(splitting='o-step-o'"):
-        mm.Langevin(model, kT=1, disable=flags)
-
-
-BOXES = """
-<mujoco><option timestep="1e-3"/><worldbody>
-  <geom name="floor" type="{kind}" size="1 1 0.1" condim="1"/>
-  <body name="box" pos="0 0 0.25">
-    <freejoint name="free"/><geom name="cube" type="box" size="0.1 0.1 0.1" condim="1"/>
-  </body>
-</worldbody></mujoco>
-"""
-
-
-def test_contacts_without_a_potential_are_refused():
-    model = mujoco.MjModel.from_xml_string(BOXES.format(kind="box"))
-    message = r"geom 'floor' and geom 'cube': types = 'box and box': their contact points jump"
-    with pytest.raises(ValueError, match=f"^{message}"):
-        mm.Langevin(model, kT=1, friction=1.0)
-    mm.Langevin(mujoco.MjModel.from_xml_string(BOXES.format(kind="plane")), kT=1, friction=1.0)
-
-
-def test_a_free_joint_without_friction_is_warned_of():
-    xml = ARM.format(elbow="", more="").replace(
-        '<body name="slider"', '<body name="loose" pos="3 0 0"><freejoint name="free"/><geom '
-        'size="0.1"/></body><body name="slider"'
-    )  # fmt: skip
-    model = mujoco.MjModel.from_xml_string(xml)
-    floating = ["contact", "gravity"]
-    with pytest.warns(UserWarning, match=r"joint 'free': nothing damps its tree, which never"):
-        mm.Langevin(model, kT=1, disable=floating)
-    with pytest.warns(UserWarning, match=r"joint 'free': nothing holds its tree, which falls"):
-        mm.Langevin(model, kT=1, disable=CONTACT, friction=1.0)
-    mm.Langevin(model, kT=1, disable=floating, friction=1.0)
-
-
-@pytest.mark.parametrize(
-    ("joints", "message"),
-    [
-        ('<joint name="x" type="slide" axis="1 0 0"/>', "joint 'x': nothing damps the motion of"),
-        ('<joint name="yaw" axis="0 0 1"/>', "joint 'yaw': nothing damps the motion of"),
-        ('<joint name="z" type="slide" axis="0 0 1" damping="1"/>', "joint 'z': nothing holds"),
-        ('<joint name="z" type="slide" axis="0 0 1" damping="1" limited="true" range="0 1"/>', ""),
-        ('<joint name="z" type="slide" axis="0 0 1" damping="1" stiffness="1"/>', ""),
-        ('<joint name="swing" axis="0 1 0"/>', ""),
-    ],
-)
-def test_what_never_reaches_equilibrium_is_warned_of(joints, message):
-    """A damped arm on a base that nothing damps or holds."""
-    model = mujoco.MjModel.from_xml_string(f"""
-        <mujoco><option timestep="0.0001"/><worldbody><body>{joints}<geom size="0.1"/>
-          <body><joint axis="1 1 0" damping="1"/><geom size="0.1" pos="0.3 0 0"/></body>
-        </body></worldbody></mujoco>""")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        mm.Langevin(model, kT=1, disable=CONTACT)
-    assert [str(each.message).startswith(message) for each in caught] == [True] * bool(message)
-
-
-def test_lost_forces_and_foreign_callbacks_are_reported():
-    model = mujoco.MjModel.from_xml_string(BOXES.format(kind="plane"))
-    langevin = mm.Langevin(model, kT=1e-3, friction=1.0)
-    data = mujoco.MjData(model)
-    data.time = np.inf
-    with pytest.raises(ValueError, match=r"data.time = inf: must be less than 2\^53 timesteps"):
-        langevin.step(data)
-    mujoco.set_mjcb_passive(lambda model, data: None)
-    try:
-        with pytest.raises(ValueError, match="mjcb_passive = 'a function': must not be set"):
-            langevin.step(mujoco.MjData(model))
-    finally:
-        mujoco.set_mjcb_passive(None)
-    boxes = "".join(
-        f'<body pos="{i} 0 0.09"><freejoint/><geom type="box" size="0.1 0.1 0.1" condim="1"'
-        ' conaffinity="0"/></body>'
-        for i in range(10)
-    )
-    small = mujoco.MjModel.from_xml_string(
-        '<mujoco><option timestep="1e-3"/><size memory="20K"/><worldbody>'
-        f'<geom type="plane" size="1 1 1" condim="1" contype="0"/>{boxes}</worldbody></mujoco>'
-    )
-    full = mm.Langevin(small, kT=1e-3, friction=1.0)
-    with pytest.raises(mujoco.FatalError, match="there is no memory for all con"):
-        full.step(mujoco.MjData(small), 10)
-
-
 def test_many_contacts_of_one_body_are_stable():
     """Each alone would suit the timestep, but all of them together would not."""
     spheres = "".join(
@@ -688,48 +513,13 @@ def test_the_check_wants_the_model_that_was_integrated():
         burn_in=1000 * langevin.timestep,
         initial=data,
     )
-    with pytest.raises(ValueError, match="model = 'another one': must be the effective_model"):
+    with refused("model"):
         mm.configurational_temperature(model, run)
     found = mm.configurational_temperature(langevin.effective_model, run)
     # 16 replicas: false alarm rate 2e-4.
     assert abs(float(found.temperature) - 0.5) < 5 * float(found.error)  # 1.0
     other = mm.configurational_temperature(langevin.effective_model, run.drop_vars("qfrc_applied"))
     assert abs(float(other.temperature) - 0.5) > 5 * float(other.error)  # 21
-
-
-def test_nothing_damped_never_reaches_a_temperature():
-    model = mujoco.MjModel.from_xml_string(SOFT["limit"])
-    model.dof_damping[:] = 0
-    with pytest.raises(ValueError, match="must damp something, or else kT is never reached"):
-        mm.Langevin(model, kT=1, disable=CONTACT)
-    mm.Langevin(model, kT=1, friction=1.0, disable=CONTACT)
-
-
-def test_joints_that_move_no_inertia_are_named():
-    model = mujoco.MjModel.from_xml_string(
-        '<mujoco><worldbody><body><joint name="empty" damping="1"/>'
-        '<inertial pos="0 0 0" mass="1" diaginertia="2e-15 2e-15 2e-15"/>'
-        "</body></worldbody></mujoco>"
-    )
-    with pytest.raises(ValueError, match=r"joint 'empty': inertia at qpos0 = 0.0: must be posit"):
-        mm.Langevin(model, kT=1)
-
-
-def test_what_is_stepped_is_what_was_read():
-    model = mujoco.MjModel.from_xml_string(SOFT["limit"])
-    langevin = mm.Langevin(model, kT=1, disable=CONTACT)
-    with pytest.raises(ValueError, match=r"data.model = .* must be the model of this Langevin"):
-        langevin.step(mujoco.MjData(mujoco.MjModel.from_xml_string(SOFT["limit"])))
-    with pytest.raises(ValueError, match=r"nstep = 1.5: must be an integer"):
-        langevin.step(mujoco.MjData(model), 1.5)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match=r"duration = 200000000.0: .* do not fit in memory"):
-        langevin.sample(2e8, replicas=100)
-    step = mm.Langevin(model, kT=1, splitting="o-step-o")
-    with pytest.raises(ValueError, match="splitting = 'o-step-o': must not consist of steps"):
-        step.largest_timestep(mujoco.MjData(model))
-    model.opt.timestep = 0.5
-    with pytest.raises(ValueError, match=r"timestep = 0.5: must still be 0.002"):
-        langevin.step(mujoco.MjData(model))
 
 
 @BRIEF
@@ -790,7 +580,7 @@ def test_a_lost_replica_is_reported_with_all_records():
     )
     langevin = mm.Langevin(model, kT=1)
     assert langevin.largest_timestep(mujoco.MjData(model)) < 0.05
-    with pytest.raises(mm.LangevinDiverged, match=r"^replica 0 was lost at t = .*") as caught:
+    with pytest.raises(mm.LangevinDiverged) as caught:
         langevin.sample(10_000 * langevin.timestep, replicas=3, record_interval=10)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     run = caught.value.dataset
@@ -798,7 +588,7 @@ def test_a_lost_replica_is_reported_with_all_records():
     assert run.qpos.shape == (3, 1000, 1)
     assert not lost[0]
     assert lost[-1]
-    with pytest.raises(FloatingPointError, match="the state was lost at t = "):
+    with pytest.raises(FloatingPointError):
         langevin.step(mujoco.MjData(model), 10_000)
 
 
@@ -817,8 +607,9 @@ def test_a_speed_of_which_mujoco_warns_is_lost(method):
     stepper.step(data, 3)
     data.qvel[1] = -1.01e10
     start = np.array([[0.0, *data.qpos, *data.qvel]])
-    with pytest.raises(FloatingPointError, match=r"^the state was lost at t = 0\.008: "):
+    with pytest.raises(FloatingPointError):
         stepper.step(data, 3)
+    assert data.time == pytest.approx(0.008)
     path = stepper.rollout([mujoco.MjData(model)], start, None, control_spec=0, nstep=3)
     assert np.isnan(path).all()
 
@@ -837,7 +628,7 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatc
             '<geom size="0.1" mass="1"/></body></worldbody></mujoco>'
         )
         data = mujoco.MjData(model)
-        with pytest.warns(UserWarning, match=r"to suit the timestep 0.02: joint limits \(1, "):
+        with pytest.warns(UserWarning, match="softened"):
             langevin = mm.Langevin(model, kT=0.3)
         for data.qpos[0] in (-0.2, -0.11, -0.05, 0.001, 0.1, 0.01):
             found.append(langevin.forces(data)[0])
@@ -871,7 +662,7 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatc
     for seconds in (0.1, 1e-9):
         data.time, data.qpos[0], data.qvel[0] = 0.0, -0.05, 0.0
         monkeypatch.setattr(loop_calls, "SECONDS_BETWEEN_CHECKS", seconds)
-        with pytest.raises(FloatingPointError, match="the timestep is too long"):
+        with pytest.raises(FloatingPointError):
             stiff.step(data, 1_000_000)
         times.append(data.time)
     assert times[0] == times[1]
@@ -895,7 +686,7 @@ def test_a_limit_of_angular_frequency_two_over_h_is_too_stiff(product, stable):
     if stable:
         langevin.step(data, 1)
     else:
-        with pytest.raises(FloatingPointError, match="the timestep is too long"):
+        with pytest.raises(FloatingPointError):
             langevin.step(data, 1)
 
 
@@ -918,8 +709,7 @@ def test_records_that_remember_their_start_are_warned_of():
     Of 32 replicas; the seed is fixed, and 5 standard errors are 0.06 (one in 47 000 seeds).
     """
     langevin = mm.Langevin(mujoco.MjModel.from_xml_string(COLD), kT=1e-3, seed=5)
-    message = r"^joint 'free': .* 99\.8 % .* at 4e-05 per s: a burn_in of .* \(1\.2e\+07 steps\)"
-    with pytest.warns(UserWarning, match=message):
+    with pytest.warns(UserWarning, match="burn_in"):
         run = langevin.sample(
             4000 * langevin.timestep,
             replicas=32,
@@ -929,20 +719,6 @@ def test_records_that_remember_their_start_are_warned_of():
     found = mm.kinetic_temperature(langevin.model, run)
     assert abs(float(found.total) - 0.501e-3) < 5 * float(found.total_error)  # 2.3
     assert float(found.total_error) < 0.016e-3  # 0.012e-3
-
-
-def test_many_velocities_that_remember_their_start_are_warned_of():
-    """Of more than 500 velocities, the slowest single one is judged."""
-    slides = "".join(
-        f'<body pos="{k} 0 0"><joint name="j{k}" type="slide" damping="{1e-4 if k == 7 else 1e3}"/>'
-        '<geom size="0.1" mass="1" contype="0"/></body>'
-        for k in range(501)
-    )
-    model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><option gravity="0 0 0"/><worldbody>{slides}</worldbody></mujoco>'
-    )
-    with pytest.warns(UserWarning, match=r"^joint 'j7': .* 100 % .* at 0\.0001 per s: a burn_in"):
-        mm.Langevin(model, kT=1.0, seed=1).sample(10 * model.opt.timestep, replicas=1)
 
 
 def test_friction_too_strong_for_part_o_warms_after_the_steps_it_is_said_to_take():
@@ -956,7 +732,7 @@ def test_friction_too_strong_for_part_o_warms_after_the_steps_it_is_said_to_take
         "</worldbody></mujoco>"
     )
     langevin = mm.Langevin(model, kT=1.0, seed=1)
-    with pytest.warns(UserWarning, match="68.7 % .* at 1e\\+06 per s, too strongly") as caught:
+    with pytest.warns(UserWarning, match="burn_in") as caught:
         run = langevin.sample(200 * langevin.timestep, replicas=400)
     cold = 1 - (1 - math.exp(-0.8)) / 0.8
     assert float((run.qvel**2).mean()) == pytest.approx(cold, rel=0.25)  # 0.04 of 0.31
@@ -989,8 +765,7 @@ def test_positions_that_friction_slows_down_relax_after_the_steps_they_are_said_
     in 2e6 seeds each). Positions that were warm at once would be off by 0.63.
     """
     langevin = mm.Langevin(mujoco.MjModel.from_xml_string(SPRING.format(1, 20)), kT=1.0, seed=1)
-    message = r"62\.6 % .* at 20 per s, too strongly for its position to follow"
-    with pytest.warns(UserWarning, match=message) as caught:
+    with pytest.warns(UserWarning, match="burn_in") as caught:
         run = langevin.sample(200 * langevin.timestep, replicas=400, record_interval=4)
     missing = (1 - math.exp(-1)) / 1
     assert float((run.qpos**2).mean()) == pytest.approx(1 - missing, abs=0.10)  # 0.0068
@@ -1011,7 +786,7 @@ def test_a_start_hotter_than_the_sample_must_be_forgotten_to_fractions_of_kt():
     hot = mujoco.MjData(langevin.model)
     hot.qvel[:] = 1.0
     settle = 50  # leaves e^-5 of an energy of 1e4 kT/2
-    with pytest.warns(UserWarning, match=r"of about 1e\+04 times kT") as caught:
+    with pytest.warns(UserWarning, match="burn_in") as caught:
         langevin.sample(
             100 * langevin.timestep,
             replicas=400,
@@ -1071,7 +846,7 @@ def test_of_positions_without_an_equilibrium_nearby_nothing_is_said(stiffness, s
         10 * model.opt.timestep, burn_in=20 * model.opt.timestep, initial=data
     )
     if start:
-        with pytest.warns(UserWarning, match="too strongly for its position to follow"):
+        with pytest.warns(UserWarning, match="burn_in"):
             mm.Langevin(model, kT=0.01).sample(
                 10 * model.opt.timestep, burn_in=20 * model.opt.timestep
             )
@@ -1091,7 +866,7 @@ def test_of_positions_nothing_is_said_while_another_one_is_driven_away():
     data.qpos[0] = 1.1
     langevin.sample(10 * langevin.timestep, burn_in=20 * langevin.timestep, initial=data)
     data.qpos[0] = 0.9
-    with pytest.warns(UserWarning, match="joint 1: .* too strongly for its position to follow"):
+    with pytest.warns(UserWarning, match="joint 1"):
         langevin.sample(10 * langevin.timestep, burn_in=20 * langevin.timestep, initial=data)
 
 

@@ -25,7 +25,7 @@ def test_the_oldest_version_that_messages_name_is_the_one_required():
 @pytest.mark.parametrize("name", layout.Layout._fields)
 def test_a_field_that_moved_is_named(name):
     moved = layout.current()._replace(**{name: getattr(layout.current(), name) + 24})
-    with pytest.raises(layout.LayoutError, match=rf"does not keep .*\b{name}\b"):
+    with pytest.raises(layout.LayoutError, match=rf"\b{name}\b"):
         layout.verify(moved)
 
 
@@ -43,7 +43,7 @@ def test_notes_leave_the_iterations_that_mujoco_makes_by_default():
 def test_a_field_that_is_not_declared_is_named(monkeypatch):
     monkeypatch.setattr(layout, "DATA_FIELDS", (*layout.DATA_FIELDS, "no_such_field"))
     layout.current.cache_clear()
-    with pytest.raises(layout.LayoutError, match=r"declare no_such_field: .* 3\.11 to 4\.0"):
+    with pytest.raises(layout.LayoutError, match="no_such_field"):
         layout.current()
     monkeypatch.undo()
     layout.current.cache_clear()

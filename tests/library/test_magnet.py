@@ -14,6 +14,7 @@ import magpylib
 import mujoco
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
@@ -375,49 +376,6 @@ def test_a_magnet_joins_a_body_of_another_model():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"shape": "cube"}, "shape = 'cube': must be one of cuboid, cylinder, ring, sphere"),
-        ({"grade": "N41"}, "grade = 'N41': must be one of N35, N38, .* AlNiCo8 \\(did you mean"),
-        ({"size": 0.01}, "size = \\(0.01,\\): must be \\(edge along x, .* for a cuboid, in m"),
-        ({"size": (1, 1)}, "for a cuboid"),
-        ({"size": (1, 1, 0)}, "edge along z = 0.0: must be greater than 0 m"),
-        ({"size": (1, math.nan, 1)}, "size contains nan"),
-        ({"size": "big"}, "size = 'big': must be an array of numbers"),
-        ({"shape": "ring", "size": (2, 1, 1)}, "the first smaller than the second"),
-        ({"remanence": 1.2}, "remanence and grade = \\(1.2, 'N42'\\): give exactly one"),
-        ({"grade": None}, "remanence and grade = \\(None, None\\): give exactly one"),
-        ({"grade": None, "remanence": 0}, "remanence = 0.0: must be greater than 0 T"),
-        ({"density": -1}, "density = -1.0: must be greater than 0 kg/m"),
-        ({"direction": (0, 0, 0)}, "direction = .*must not be zero"),
-        ({"direction": (0, 1)}, "direction has shape"),
-    ],
-)
-def test_bad_magnets(arguments, message):
-    good = {"shape": "cuboid", "size": (0.01, 0.01, 0.01), "grade": "N42"}
-    with pytest.raises(ValueError, match=message):
-        mm.magnet(**(good | arguments))
-
-
-@pytest.mark.parametrize(
-    ("error", "gap", "message"),
-    [
-        (0.01, 0, "gap = 0.*: must be greater than 0"),
-        (0.01, -1, "gap = -1.*: must be greater than 0"),
-        (0, 0.01, "error = 0.*: must be at least 1e-06"),
-        (1, 0.01, "error = 1.*: must be less than 1"),
-        (0.01, 1e-4, "error = 0.01: requires more than 1000 dipoles at gap = 0.0001 m: choose"),
-        (0.01, 1.3e-3, "more than 1000 dipoles at gap = 0.0013 m: choose a larger error or gap"),
-    ],
-)
-def test_bad_accuracies(error, gap, message):
-    magnet = mm.magnet("cuboid", (0.01, 0.01, 0.01), grade="N42")
-    for request in (magnet.dipoles, magnet.mjcf):
-        with pytest.raises(ValueError, match=message):
-            request(error, gap)
-
-
-@pytest.mark.parametrize(
     ("shape", "size", "count"),
     [
         ("cuboid", (0.01, 0.01, 0.002), 30),
@@ -430,14 +388,14 @@ def test_bad_accuracies(error, gap, message):
 def test_too_small_a_gap_leads_to_the_layout_for_contact(shape, size, count):
     """With the numbers of dipoles of the table in docs/contact.md."""
     magnet = mm.magnet(shape, size, grade="N42")
-    with pytest.raises(ValueError, match="for magnets that touch") as caught:
+    with refused("error") as caught:
         magnet.dipoles(0.01, 1e-5)
     error, gap = re.findall(r"error=([\d.]+) and gap=([\d.e-]+)", str(caught.value))[0]
     assert len(magnet.dipoles(float(error), float(gap))[0]) == count
 
 
 def test_sizes_that_may_be_millimeters_are_doubted():
-    with pytest.warns(UserWarning, match=r"size = \(10.0, 5.0\): .* millimeters\?") as warned:
+    with pytest.warns(UserWarning, match="millimeters") as warned:
         mm.magnet("cylinder", (10, 5), grade="N42")
     assert warned[0].filename == __file__
     mm.magnet("cylinder", (0.99, 0.5), grade="N42")

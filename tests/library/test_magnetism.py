@@ -16,6 +16,7 @@ import mujoco.rollout
 import numpy as np
 import pytest
 from numba.core.ccallback import CFunc
+from refusals import misdeclared
 
 import magmotor as mm
 from magmotor.mjcf import callbacks, error_raising, layout
@@ -259,36 +260,6 @@ def test_a_coupling_may_name_the_world():
     assert changed.tolist() == [model.body("needle").id]  # not the tail that is welded to it
 
 
-@pytest.mark.parametrize(
-    "custom",
-    [
-        coupling("coupling#", "ball"),
-        coupling("coupling#", "ball", "ring", "outer", prm=(2, 2, 2)),
-        coupling("coupling#", "ball", "ring", prm=(2, 3)),
-        coupling("coupling#", "ball", "ring", prm=("nan", "nan")),
-        coupling("coupling#", "ball", "ring", prm=("inf", "inf")),
-        coupling("coupling#", "ball", "ring", prm=("-inf", "-inf")),
-        coupling("coupling#", "ring0", "ring1", objtype="site"),
-        coupling("coupling#", "ball", "ring", objtype="xbody"),
-        coupling("coupling#", "ball", "ring").replace("body", "xbody", 1),
-        coupling("coupling#", "ring", "ball").replace('body" objname="ball', 'site" objname="ball'),
-    ],
-)
-def test_a_coupling_that_is_not_of_two_bodies_is_named(custom):
-    first = coupling("coupling", "ball", "outer")
-    model = mujoco.MjModel.from_xml_string(motor(first + custom))
-    data = mujoco.MjData(model)
-    with (
-        mm.magnetism(),
-        pytest.raises(
-            mujoco.FatalError,
-            match=r"coupling tuple 1 'coupling#'.* two bodies with equal",
-        ),
-    ):
-        mujoco.mj_step(model, data)
-    assert data.pstack == 0
-
-
 @pytest.mark.parametrize("name", ["couplin", "Coupling", "my coupling", "c"])
 def test_tuples_of_other_names_are_ignored(name):
     plain, other = (
@@ -345,15 +316,16 @@ def test_an_error_of_the_users_callback_is_raised():
     data = mujoco.MjData(model)
     mujoco.set_mjcb_control(mine)
     try:
-        with pytest.raises(KeyError, match="mine"), mm.magnetism():
+        with pytest.raises(KeyError) as caught, mm.magnetism():
             mujoco.mj_step(model, data)
     finally:
         mujoco.set_mjcb_control(None)
+    assert caught.value.args == ("mine",)
 
 
 @pytest.mark.parametrize("callback", [None, lambda *_: None])
 def test_a_callback_set_inside_the_block_is_named_at_its_end(callback):
-    with pytest.warns(UserWarning, match="set_mjcb_control replaced") as caught, mm.magnetism():
+    with pytest.warns(UserWarning, match="set_mjcb_control") as caught, mm.magnetism():
         mujoco.set_mjcb_control(callback)
     assert caught[0].filename == __file__
     assert mujoco.get_mjcb_control() is None
@@ -702,19 +674,6 @@ def test_one_pair_that_acts_is_enough(left_out):
     assert apart(compiled, twin) < 2e-14  # 8e-16
 
 
-@pytest.mark.parametrize(
-    "numbers", [(0, 5, 0), (1, 5), (0, 0, 0, 1), (np.nan,), (0, np.nan), (np.inf,)]
-)
-def test_a_site_whose_numbers_are_no_moment_is_named(numbers):
-    xml = COMPASSES.replace("<worldbody>", f'<size nuser_site="{len(numbers)}"/><worldbody>', 1)
-    model = mujoco.MjModel.from_xml_string(xml)
-    model.site("needle").user[:] = numbers
-    data = mujoco.MjData(model)
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=r"site 2 'needle': .*its moment"):
-        mujoco.mj_step(model, data)
-    assert data.pstack == 0
-
-
 def test_padded_site_numbers_are_allowed():
     xml = COMPASSES.replace("<worldbody>", '<size nuser_site="6"/><worldbody>', 1)
     plain, padded = (mujoco.MjModel.from_xml_string(each) for each in (COMPASSES, xml))
@@ -736,9 +695,12 @@ def test_coinciding_dipoles_are_named(custom):
     with mm.magnetism():
         mujoco.mj_step(model, data)
         data.qpos[:3] = 0, 0, 1
-        with pytest.raises(mujoco.FatalError, match=r"'right'.*'left' coincide"):
+        with pytest.raises(mujoco.FatalError) as in_a_step:
             mujoco.mj_step(model, data)
     assert data.pstack == 0
+    with misdeclared("coincidence", model.site("right").id) as outside:
+        mm.magnetic_energy(model, data)
+    assert str(in_a_step.value) == str(outside.value)
 
 
 def test_dipoles_that_coincide_without_acting_are_not_named_in_place_of_those_that_act():
@@ -756,10 +718,11 @@ def test_dipoles_that_coincide_without_acting_are_not_named_in_place_of_those_th
     )
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    with pytest.raises(ValueError, match=r"'right'.*'left' coincide"):
+    with misdeclared("coincidence", model.site("right").id) as outside:
         mm.magnetic_energy(model, data)
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=r"'right'.*'left' coincide"):
+    with mm.magnetism(), pytest.raises(mujoco.FatalError) as in_a_step:
         mujoco.mj_forward(model, data)
+    assert str(in_a_step.value) == str(outside.value)
 
 
 def test_dipoles_that_coincide_must_act_on_one_another():
@@ -776,8 +739,11 @@ def test_dipoles_that_coincide_must_act_on_one_another():
                 mujoco.mj_forward(model, data)
                 assert np.isfinite(data.xfrc_applied).all()
             else:
-                with pytest.raises(mujoco.FatalError, match=r"'ring3'.*'ball' coincide"):
+                with pytest.raises(mujoco.FatalError) as in_a_step:
                     mujoco.mj_forward(model, data)
+                with misdeclared("coincidence", model.site("ring3").id) as outside:
+                    mm.magnetic_energy(model, data)
+                assert str(in_a_step.value) == str(outside.value)
 
 
 def test_rk4_stages_see_their_own_forces():
@@ -883,7 +849,7 @@ def test_a_new_model_where_an_older_one_was_is_not_taken_for_it(monkeypatch):
     data = mujoco.MjData(model)
     with mm.magnetism():
         monkeypatch.setattr(error_raising._acted, "value", model._address)
-        with pytest.warns(UserWarning, match="nothing acts on this model"):
+        with pytest.warns(UserWarning, match="nothing acts"):
             mujoco.mj_step(model, data)
 
 

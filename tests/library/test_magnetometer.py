@@ -5,8 +5,10 @@ import mujoco.rollout
 import numpy as np
 import pytest
 from magnetic_energy import flux
+from refusals import misdeclared
 
 import magmotor as mm
+from magmotor.mjcf.declarations.valid_indices import FIELDS
 
 MODEL = """
 <mujoco>
@@ -117,21 +119,6 @@ def test_a_rollout_records_the_field():
         np.testing.assert_array_equal(sensors[0, k], controlled.sensordata)
 
 
-def test_a_sensor_at_a_dipole_is_an_error():
-    sentence = "magnetometer 2 'second': its site 2 'carried' coincides with a dipole"
-    with pytest.raises(ValueError, match=sentence):
-        measured(moment=1)
-    model, data = measured()
-    model.site("carried").user[:] = 1
-    with pytest.raises(mujoco.FatalError, match=sentence):
-        mujoco.mj_forward(model, data)
-
-
-def test_a_sensor_that_is_not_at_a_site_is_an_error():
-    with pytest.raises(ValueError, match="engine error"):
-        measured(kind="geom", where="ball")
-
-
 @pytest.mark.parametrize("steps", [0, 1], ids=["at time 0", "later"])
 @pytest.mark.parametrize("field", ["sensor_adr", "sensor_objid"])
 @pytest.mark.parametrize("value", [-1, 10**8, 0])
@@ -141,15 +128,11 @@ def test_an_index_of_a_sensor_that_leads_out_of_the_model(field, value, steps):
     mujoco.mj_step(model, data, nstep=steps)
     outside = {"sensor_adr": model.nsensordata - 2, "sensor_objid": model.nsite}
     getattr(model, field)[2] = value or outside[field]
-    with pytest.raises(mujoco.FatalError, match=rf"{field}\[2\].*(must be|within)"):
+    with pytest.raises(mujoco.FatalError) as in_a_step:
         mujoco.mj_step(model, data)
-
-
-def test_a_sensor_moved_from_its_site_is_an_error():
-    model, data = measured()
-    model.sensor_objtype[1] = mujoco.mjtObj.mjOBJ_BODY
-    with pytest.raises(mujoco.FatalError, match="magnetometer 1 'first': its objtype"):
-        mujoco.mj_step(model, data)
+    with misdeclared("index", FIELDS.index(field)) as outside:
+        mm.describe(model)
+    assert str(in_a_step.value) == str(outside.value)
 
 
 def test_a_model_without_dipoles_measures_nothing():

@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 import pytest
 from advised_models import NEEDLE, started
+from refusals import misdeclared
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -495,42 +496,6 @@ def test_the_wrench_of_a_step_by_mujoco_does_not_stay():
     np.testing.assert_array_equal(end(data), end(clean))
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"splitting": "obabo"}, "splitting = 'obabo'"),
-        ({"friction": 1.0}, "friction = 1.0"),
-        ({"seed": 3}, "seed = 3"),
-        ({"path": noise.BrownianPath(1, 0.002)}, "path = "),
-    ],
-    ids=lambda given: next(iter(given)) if isinstance(given, dict) else None,
-)
-def test_what_belongs_to_a_temperature_is_refused_without_one(given, message):
-    model = mujoco.MjModel.from_xml_string(MODEL)
-    with pytest.raises(mm.ArgumentError, match=f"^{message}.*: needs kT"):
-        mm.Langevin(model, **given)
-
-
-def test_parts_are_not_looked_at_alone_without_kT():
-    model = mujoco.MjModel.from_xml_string(MODEL)
-    langevin, data = mm.Langevin(model), mujoco.MjData(model)
-    for call in (langevin.forces, langevin.largest_timestep):
-        with pytest.raises(mm.ArgumentError, match=r"^kT = None: must be given"):
-            call(data)
-
-
-def test_a_refusal_names_the_flag_that_helps():
-    text = MODEL.replace("</mujoco>", '<equality><joint joint1="x"/></equality></mujoco>')
-    model = mujoco.MjModel.from_xml_string(text)
-    with pytest.raises(mm.InputError, match=r"disable=\['equality'\] lets Langevin ignore this"):
-        mm.Langevin(model)
-    mm.Langevin(model, disable=["equality"])
-    with pytest.raises(mm.InputError, match=r"\(with kT, Langevin takes other bodies, too"):
-        mm.Langevin(
-            mujoco.MjModel.from_xml_string(MODEL.replace("<option", '<option viscosity="1"'))
-        )
-
-
 @pytest.mark.parametrize("scene", [mm.Disk(), mm.Disk(surface="plane"), mm.Top(), mm.Motor()])
 def test_the_decorated_model_moves_as_the_plain_one(scene):
     ends = []
@@ -542,176 +507,6 @@ def test_the_decorated_model_moves_as_the_plain_one(scene):
         mm.Langevin(model).step(data, 500)
         ends.append(end(data))
     np.testing.assert_allclose(ends[1], ends[0], rtol=1e-15)  # 0
-
-
-MODEL = """
-<mujoco>
-  <option cone="elliptic" impratio="1e-14" gravity="0 0 -1"/>
-  <size nuserdata="1"/>
-  <custom><text name="magmotor" data="noise"/></custom>
-  <default>
-    <geom contype="0" conaffinity="0" size="0.1 0.1 0.1"/>
-  </default>
-  <worldbody>
-    <geom name="floor" type="plane" size="1 1 1"/>
-    <body name="post" pos="3 0 0"><geom name="post"/></body>
-    <body name="lamp" mocap="true"/>
-    <body name="disk" pos="0 0 0.1" user="1 0 0 0 -0.1 0">
-      <joint name="x" type="slide" axis="1 0 0"/>
-      <joint name="turn" type="hinge" axis="0 -1 0"/>
-      <geom name="rim"/>
-    </body>
-    <body name="top" pos="5 0 0.1" user="0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1">
-      <joint name="spin" type="ball" damping="0.1"/>
-      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1.5"/>
-      <geom name="head"/>
-    </body>
-  </worldbody>
-  <contact>
-    <pair name="slip" geom1="floor" geom2="rim" condim="3" margin="1e-3"
-          friction="1e6 1e6 0 0 0" solref="-400 -40" solimp="1e-4 1e-4 0.001 0.5 2"
-          solreffriction="0 -1e12"/>
-  </contact>
-  <tendon>
-    <fixed name="rope"><joint joint="x" coef="1"/><joint joint="turn" coef="0.5"/></fixed>
-  </tendon>
-</mujoco>
-"""
-
-REFUSED = [
-    ("</mujoco>", '<actuator><motor joint="x"/></actuator></mujoco>', "number of actuators = 1"),
-    ("</mujoco>", '<equality><joint joint1="x"/></equality></mujoco>', "number of equalities = 1"),
-    ("<option", '<option density="1"', "option density = 1.0"),
-    ("<option", '<option viscosity="1"', "option viscosity = 1.0"),
-    ("/>\n  <size", '><flag sleep="enable"/></option>\n  <size', "flag sleep = 'enable'"),
-    ("/>\n  <size", '><flag override="enable"/></option>\n  <size', "flag override = 'enable'"),
-    ('name="x"', 'name="x" stiffness="2"', r"joint 'x': stiffness = 2.0: .* by the flag spring"),
-    ('name="x"', 'name="x" damping="1 2"', r"joint 'x': dampingpoly"),
-    ('name="x"', 'name="x" range="0 1" limited="true"', r"joint 'x': limited = True"),
-    ('name="turn"', 'name="turn" frictionloss="2"', r"joint 'turn': frictionloss = 2.0"),
-    ('name="rope"', 'name="rope" stiffness="2"', r"tendon 'rope': stiffness = 2.0"),
-    ('name="rope"', 'name="rope" frictionloss="2"', r"tendon 'rope': frictionloss = 2.0"),
-    ('name="rope"', 'name="rope" armature="2"', r"tendon 'rope': armature = 2.0"),
-    ('name="rope"', 'name="rope" limited="true" range="0 1"', r"tendon 'rope': limited"),
-    (
-        "</tendon>",
-        '<spatial name="wire" damping="1"><site site="a"/><site site="b"/></spatial></tendon>',
-        r"tendon 'wire': damping = 1.0: must be zero without kT, unless the tendon is a fixed",
-    ),
-    (
-        '<geom name="head"/>',
-        '<body name="hat"><joint type="hinge"/><geom/></body>',
-        r"body 'hat': parent = \"body 'top'\": must be the world",
-    ),
-    (
-        '<geom name="head"/>',
-        '<body name="hat"><geom/></body>',
-        r"body 'hat': parent = \"body 'top'\": must be the world",
-    ),
-    (
-        'mocap="true"/>',
-        'mocap="true"><body name="fly"><joint/><geom/></body></body>',
-        r"body 'fly': parent = \"body 'lamp'\": must be the world or fixed",
-    ),
-    (
-        '<joint name="turn"',
-        '<joint name="up" type="hinge" axis="0 0 1"/><joint name="turn"',
-        r"body 'disk': joints = \['slide', 'hinge', 'hinge'\]: must be slides, followed",
-    ),
-    (
-        '<geom name="rim"/>',
-        '<joint name="y" type="slide" axis="0 1 0"/><geom name="rim"/>',
-        r"body 'disk': joints = \['slide', 'hinge', 'slide'\]: must be slides, followed",
-    ),
-    (
-        'axis="0 -1 0"/>',
-        'axis="0 -1 0" pos="0 0 0.01"/>',
-        r"joint 'turn': pos = \[0.0, 0.0, 0.01\]: must be at the center of mass, \[0.0, 0.0, 0.0\]",
-    ),
-    (
-        'pos="0 0 0" mass="1"',
-        'pos="0 0 0.1" mass="1"',
-        r"joint 'spin': pos = .* must be at the center of mass, \[0.0, 0.0, 0.1\]",
-    ),
-    ('name="spin"', 'name="spin" armature="1"', r"joint 'spin': armature = 1.0: must be zero"),
-    (
-        'diaginertia="1 1 1.5"',
-        'fullinertia="1 1 1.5 0.1 0 0"',
-        r"inertia between joint 'spin' = .* principal axes",
-    ),
-    (
-        '<joint name="turn"',
-        '<joint name="skew" type="slide" axis="1 1 0"/><joint name="turn"',
-        r"inertia between joint 'x' and joint 'skew' = .* right angles",
-    ),
-    (
-        "0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
-        "0 0 0 1 0 0  0 0 0 0 2 0  0 0 0 0 0 1",
-        r"body 'top': user = .* Brownian torques must be three rows of equal",
-    ),
-    (
-        "0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
-        "1 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
-        r"body 'top': user = .* Brownian torques must be three rows of equal",
-    ),
-    (
-        "0 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
-        "0 0 0 1 0 0  1 0 0 0 0 0  0 0 0 0 1 0  0 0 0 0 0 1",
-        r"body 'top': user = .* Brownian torques must be three rows of equal",
-    ),
-    ("1e6 1e6 0", "1 1 0", r"contact of pair 'slip' = 'not viscous': must be a viscous one"),
-    ('condim="3"', 'condim="4"', r"contact of geom 'floor' and geom 'rim' = 'condim 4"),
-    ('cone="elliptic"', 'cone="pyramidal"', r"must have condim 3, .* an elliptic cone"),
-    ('"0 -1e12"', '"-1 -1e12"', r"solreffriction \[-1.0, .* must have condim 3"),
-    ('impratio="1e-14"', 'impratio="1"', r"pair 'slip': R/A = .* a smaller impratio"),
-    (
-        'pos="0 0 0.1"',
-        'pos="0 0 0.2"',
-        r"pair 'slip': active contacts at qpos0 = 0: must be exactly",
-    ),
-    (
-        '<joint name="x" type="slide" axis="1 0 0"/>',
-        '<joint name="x" type="slide" axis="1 0 1"/>',
-        r"pair 'slip': body 'disk' = .* held at a fixed height",
-    ),
-    (
-        'name="rim"',
-        'name="rim" pos="0 0.01 0" mass="0"/><geom mass="1"',
-        r"geom 'rim': pos = .* must be at its body's center of mass",
-    ),
-    (
-        'name="rim"',
-        'name="rim" type="capsule"',
-        r"geom 'floor' and geom 'rim': types = \['plane', 'capsule'\]: must be a fixed plane",
-    ),
-    (
-        'geom2="rim"',
-        'geom2="head"',
-        r"body 'top': moments of inertia = .* must be equal, since pair 'slip' acts on it",
-    ),
-    (
-        'contype="0" conaffinity="0"',
-        'contype="1" conaffinity="1"',
-        r"contact of geom 'floor' and geom 'head' = 'not viscous': must be .*disable=\['contact'\]",
-    ),
-]
-
-
-def test_the_model_without_unsupported_elements_is_accepted():
-    model = mujoco.MjModel.from_xml_string(MODEL)
-    data = mujoco.MjData(model)
-    mm.Langevin(model).step(data, 10)
-    assert np.isfinite(data.qpos).all()
-
-
-@pytest.mark.parametrize(("old", "new", "match"), REFUSED)
-def test_an_unsupported_element_is_named(old, new, match):
-    assert MODEL.count(old) == 1
-    sites = '<site name="a"/><site name="b" pos="1 0 0"/>'
-    text = MODEL.replace(old, new).replace("<worldbody>", f"<worldbody>{sites}")
-    model = mujoco.MjModel.from_xml_string(text)
-    with pytest.raises(ValueError, match=match):
-        mm.Langevin(model)
 
 
 TWO_NEEDLES = """
@@ -731,8 +526,13 @@ def test_mujocos_errors_are_raised_and_do_not_end_the_process():
     model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
     langevin = mm.Langevin(model)
     for _ in range(2):
-        with pytest.raises(mujoco.FatalError, match=r"'south' and 0 'north' coincide"):
+        with pytest.raises(mujoco.FatalError) as caught:
             langevin.step(mujoco.MjData(model), 5)
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        with misdeclared("coincidence", 1) as known:
+            mm.magnetic_energy(model, data)
+        assert str(caught.value).endswith(str(known.value))
     data = mujoco.MjData(model)
     data.qpos[0] = 0.5
     langevin.step(data, 5)  # nothing is left of the error
@@ -743,63 +543,14 @@ def test_a_state_that_is_not_finite_is_reported():
     model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
     data = mujoco.MjData(model)
     data.qpos[0], data.qvel[0] = 0.5, np.inf
-    with pytest.raises(FloatingPointError, match=r"lost at t = 0.002"):
+    with pytest.raises(FloatingPointError):
         mm.Langevin(model).step(data, 5)
+    assert data.time == pytest.approx(0.002)
     model, data = driven(noise.BrownianPath(1, 0.01))
     start = np.array([[0.0, 0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, np.nan, 1.0]])
     paths = mm.Langevin(model).rollout([data], start, None, control_spec=0, nstep=5)
     assert np.isfinite(paths[0]).all()
     assert np.isnan(paths[1, 1:]).all()
-
-
-def test_what_is_stepped_is_what_was_read():
-    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
-    langevin = mm.Langevin(model)
-    with pytest.raises(ValueError, match=r"data.model = .* must be the model of this Langevin"):
-        langevin.step(mujoco.MjData(mujoco.MjModel.from_xml_string(TWO_NEEDLES)))
-    with pytest.raises(ValueError, match=r"nstep = 1.5: must be an integer"):
-        langevin.step(mujoco.MjData(model), 1.5)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ValueError, match=r"nstep = 9007199254740992: must be less than 2\^53"):
-        langevin.step(mujoco.MjData(model), 2**53)
-    model.opt.timestep = 0.01
-    with pytest.raises(ValueError, match=r"timestep = 0.01: must still be 0.002"):
-        langevin.step(mujoco.MjData(model))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"data": []}, r"data = \[\]: must be a sequence of at least one MjData"),
-        ({"initial_state": np.zeros((2, 4))}, r"initial_state has shape \(2, 4\): must .*, 5\)"),
-        ({"control": np.zeros((3, 1, 0))}, "length replicas of control = 3: must be 2"),
-        ({"control": np.zeros((2, 1, 7))}, r"control has shape \(2, 1, 7\): must .*, 1, 0\)"),
-        ({"control_spec": 2**63}, "control_spec = 9223372036854775808: must be at most"),
-        ({"nstep": 10**9}, "nstep = 1000000000: must be at most"),
-    ],
-)
-def test_a_rollout_is_of_this_model(change, message):
-    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
-    given = {"data": [mujoco.MjData(model)], "initial_state": np.zeros((2, 5)), "control": None}
-    with pytest.raises(ValueError, match=f"^{message}"):
-        mm.Langevin(model).rollout(**given | {"control_spec": 0, "nstep": 1} | change)
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "message"),
-    [
-        ("timestep", -1.0, "timestep = -1.0: must be greater than 0"),
-        ("body_mass", np.inf, "body_mass of the model contains inf"),
-        ("dof_damping", np.nan, "dof_damping of the model contains nan"),
-    ],
-)
-def test_a_model_holds_numbers_that_a_step_can_have(name, value, message):
-    model = mujoco.MjModel.from_xml_string(TWO_NEEDLES)
-    if name == "timestep":
-        model.opt.timestep = value
-    else:
-        getattr(model, name)[:] = value
-    with pytest.raises(ValueError, match=f"^{message}"):
-        mm.Langevin(model)
 
 
 def test_another_process_compiles_nothing():

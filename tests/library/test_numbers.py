@@ -2,14 +2,12 @@
 
 import dataclasses
 import json
-import re
 from typing import Any
 
 import numpy as np
 import pytest
 
 import magmotor as mm
-from magmotor.common.checks import check_integer, check_number
 
 RUN: dict[str, Any] = {
     "method": "variational/baoab", "timestep": 0.03125, "duration": 8.0, "seed": 3, "replicas": 100,
@@ -63,32 +61,3 @@ def _as_numpys(value):
         return tuple(_as_numpys(part) for part in value)
     kinds = {int: np.int8, float: np.float64}
     return kinds[type(value)](value) if type(value) in kinds else value
-
-
-NO_NUMBERS = ["3", b"3", bytearray(b"3"), np.bool_(True), True, 10**400, np.float32("inf"), None]
-
-
-@pytest.mark.parametrize("value", NO_NUMBERS)
-def test_what_is_no_number(value):
-    with pytest.raises(ValueError, match=r"^field = .*: must be a (finite )?number$"):
-        check_number("field", value)
-
-
-@pytest.mark.parametrize("value", ["3", np.bool_(True), True, 3.0, np.float64(3), None])
-def test_what_is_no_integer(value):
-    with pytest.raises(ValueError, match=r"^field = .*: must be an integer$"):
-        check_integer("field", value, at_least=0)
-
-
-def test_messages_have_plain_numbers():
-    with pytest.raises(ValueError, match=r"^field = -1.5: must be at least 0 m$"):
-        check_number("field", np.float64(-1.5), at_least=0, unit="m")
-
-
-@pytest.mark.parametrize("noise", [1e200, 1e-200])
-def test_a_number_is_neither_tiny_nor_huge(noise):
-    shown, message = re.escape(repr(noise)), re.escape("must be zero or from 1e-30 to 1e+30")
-    with pytest.raises(ValueError, match=f"^noise = {shown}: {message}"):
-        mm.Disk(noise=noise)
-    with pytest.raises(ValueError, match=f"^alpha_ring = {shown}: {message}"):
-        mm.Motor(temperature="nonuniform", alpha_ring=noise)

@@ -106,7 +106,7 @@ def test_joint_noise_is_too_cold_with_dry_friction():
     spec = chain(1, timestep=0.001, damping=0.05)
     spec.joints[0].frictionloss = 0.1
     model = spec.compile()
-    with pytest.warns(UserWarning, match=r"^joint 0: dry friction has no noise"):
+    with pytest.warns(UserWarning, match="dry friction"):
         noise = mm.JointNoise(model, COLD, seed=1)
     mean, error = temperature(model, COLD, 30, driven_by(noise))
     assert error < 0.07  # 0.034

@@ -217,18 +217,6 @@ def test_the_constant_may_change_while_the_model_runs():
     assert pull(model, data) == pytest.approx(3 * before, rel=5e-15, abs=0)  # 2e-16
 
 
-@pytest.mark.parametrize("numbers", [[0], [-1e-3], [np.inf], [np.nan], [1e-3, 1e-3]], ids=str)
-def test_an_invalid_constant_is_named(numbers):
-    model, data = beads(f'size="{len(numbers)}" ')
-    model.numeric("magnetic_constant").data[:] = numbers
-    message = "numeric 0 'magnetic_constant'.*one positive finite number"
-    with mm.magnetism(), pytest.raises(mujoco.FatalError, match=message):
-        mujoco.mj_forward(model, data)
-    for look in (mm.describe, mm.check, lambda model: mm.field(model, data, [1, 0, 0])):
-        with pytest.raises(ValueError, match=message):
-            look(model)
-
-
 def test_tiles_and_clusters_have_the_constant():
     """In another unit of current, all moments are 1000 times as large, and mu0 is 1e-6 of its."""
     units = f'<numeric name="magnetic_constant" data="{4e-13 * np.pi!r}"/></custom>'

@@ -19,6 +19,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import magmotor  # selects an OpenGL library before a table imports MuJoCo
+
 FOLDER = Path(__file__).parent
 TABLES = sorted(
     path.stem for path in FOLDER.glob("*.py") if path.stem != "tables" and "test_" not in path.stem

@@ -164,7 +164,8 @@ def _form_error(error, number, name, other, other_name, details, handler, user, 
     """Write the address of the sentence to `text` if the thread handles errors, else record it."""
     numbers = details[: error_numbers.DETAILS]
     sentence = sentence_of_error(error, number, name, other, other_name, numbers)
-    _of_thread.found = sentence, error, number
+    # The number of an invalid index is that of its array.
+    _of_thread.found = sentence, error, other if error == error_numbers.INDEX else number
     if handler or catches_errors(user):
         text[0] = _kept(sentence)
         return

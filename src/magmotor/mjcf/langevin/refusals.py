@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import mujoco
 
-from magmotor.common.exceptions import InputError
+from magmotor.common.exceptions import ArgumentError, DeclarationError, InputError
 from magmotor.mjcf.langevin.own_model import copy_with
 
 FLAGS = "damper", "limit", "equality", "actuation", "frictionloss", "contact"
@@ -28,26 +28,35 @@ def refusal_with_remedies(
     """Return the error for a model that a check refuses with disabled flags.
 
     Its message contains what the check says of each obstacle, the flags that would help, and what
-    may help `otherwise`.
+    may help `otherwise`. An error about the declarations is returned as it is: nothing else helps.
     """
+    if isinstance(refused, DeclarationError):
+        return refused
     needed = [flag for flag in FLAGS if flag not in disable]
     if _refusal(model, check, [*disable, *needed]):
-        return InputError(f"{refused} ({otherwise})")
+        return _extended(refused, otherwise)
     for flag in tuple(needed):
         fewer = [other for other in needed if other != flag]
         needed = needed if _refusal(model, check, [*disable, *fewer]) else fewer
     others = [[*disable, *(other for other in needed if other != flag)] for flag in needed]
-    obstacles = "; ".join(_refusal(model, check, flags) for flags in others)
-    ignored = "these" if len(needed) > 1 else "this"
-    return InputError(
-        f"{obstacles} (disable={[*disable, *needed]} lets Langevin ignore {ignored}; {otherwise})"
-    )
+    obstacles = [_refusal(model, check, flags) for flags in others]
+    remedy = f"disable={[*disable, *needed]} lets Langevin ignore"
+    if len(obstacles) == 1 and obstacles[0]:
+        return _extended(obstacles[0], f"{remedy} this; {otherwise}")
+    return InputError(f"{'; '.join(map(str, obstacles))} ({remedy} these; {otherwise})")
 
 
-def _refusal(model: mujoco.MjModel, check: Check, flags: Sequence[str]) -> str:
-    """Return what the check says of a copy of the model with disabled flags; "" if it passes."""
+def _extended(refused: ValueError, more: str) -> ValueError:
+    """Return an error with more words, and with its attributes."""
+    if isinstance(refused, ArgumentError):
+        return ArgumentError(refused.argument, refused.value, f"{refused.allowed} ({more})")
+    return InputError(f"{refused} ({more})")
+
+
+def _refusal(model: mujoco.MjModel, check: Check, flags: Sequence[str]) -> ValueError | None:
+    """Return the error of the check for a copy of the model with disabled flags, or None."""
     try:
         check(copy_with(model, flags))
     except ValueError as error:
-        return str(error)
-    return ""
+        return error
+    return None
