@@ -226,9 +226,7 @@ def test_the_modules_of_a_kernel_are_those_that_it_reaches():
     ball = {f"devices.ball.rigid_{name}" for name in ("kernel", "steps", "surroundings")}
     of_rigid_bodies = {"dipoles", "noise", *ball}
     of_rigid_bodies |= {"devices.ball.rigid_forces"}
-    of_rigid_bodies |= {
-        f"numerics.{name}" for name in ("arrays", "elementary", "rotations")
-    }
+    of_rigid_bodies |= {f"numerics.{name}" for name in ("arrays", "elementary", "rotations")}
     modules, constants = dependencies.reached(inspect.unwrap(rigid_kernel._advance))
     assert modules == {f"magmotor.{name}" for name in of_rigid_bodies}
     assert "magmotor.devices.ball.rigid_forces.NOBODY = -1.0" in constants

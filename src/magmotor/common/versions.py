@@ -6,8 +6,6 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-import llvmlite.binding as llvm
-
 from magmotor.common.environment import data_folder
 
 PACKAGES = {
@@ -37,6 +35,8 @@ def machine_versions() -> dict[str, str]:
     The type is the architecture and, for x86-64, whether the processor has AVX2 and FMA; see
     `magmotor.numerics.simd`.
     """
+    import llvmlite.binding as llvm
+
     kind, features = platform.machine(), llvm.get_host_cpu_features()
     if features.get("fma") and features.get("avx2"):
         kind += " with FMA"

@@ -34,7 +34,10 @@ class Deferred:
         tell_numba()
         from magmotor.numerics.compiler import inference
 
-        made = self._make()
+        try:
+            made = self._make()
+        except AttributeError as error:  # of a property, it would ask for other attributes
+            raise ImportError(str(error)) from error
         inference.refresh()
         return made
 

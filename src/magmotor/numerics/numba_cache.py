@@ -8,7 +8,6 @@ whose names tell whether it has been compiled.
 
 import zlib
 from functools import cache
-from types import FunctionType
 from typing import Any
 
 import llvmlite.binding as llvm
