@@ -113,8 +113,8 @@ ArgumentError: replicas = 2: select one: run.isel(replica=0)
 >>> momentum(run.assign_attrs(disks().attrs))
 InputError: run is of a Disk: must be of a Top
 >>> momentum(run.assign_attrs(scene=np.array(["Top", "Disk"])))
-InputError: scene = array(['Top', 'Disk'], dtype='<U4') in the dataset's attributes: must be one of
-    ['Disk', ...]; import the module that defines the scene class first
+InputError: scene = array(['Top', 'Disk'], dtype='<U4') in the dataset's attributes: must be one
+    of ['Disk', ...]; import the module that defines the scene class first
 
 # The scene of a run
 >>> run = top()
@@ -199,11 +199,11 @@ MissingExtra: pyarrow is not installed: pip install "magmotor[parquet]"
 >>> def other(**fields):
 ...     return run.assign_attrs(scene_fields=json.dumps(told | fields))
 >>> mm.scene_of(run.assign_attrs(scene="Pendulum"))
-InputError: scene = 'Pendulum' in the dataset's attributes: must be one of
-    ['Disk', ...]; import the module that defines the scene class first
+InputError: scene = 'Pendulum' in the dataset's attributes: must be one of ['Disk', ...]; import
+    the module that defines the scene class first
 >>> mm.scene_of(run.assign_attrs(scene=None))
-InputError: scene = None in the dataset's attributes: must be one of
-    ['Disk', ...]; import the module that defines the scene class first
+InputError: scene = None in the dataset's attributes: must be one of ['Disk', ...]; import the
+    module that defines the scene class first
 >>> mm.scene_of(run.assign_attrs(scene_fields="["))
 ArgumentError: attributes['scene_fields'] = '[': must be a JSON object
 >>> mm.scene_of(run.assign_attrs(scene_fields="[]"))
@@ -232,8 +232,8 @@ ArgumentError: attributes['scene_fields'] = {'friction': 0.1, 'noise': 5.0, 'pot
 ArgumentError: attributes['scene_fields'] = None: must be a JSON object
 >>> del run.attrs["scene"]
 >>> mm.scene_of(run)
-InputError: scene = None in the dataset's attributes: must be one of
-    ['Disk', ...]; import the module that defines the scene class first
+InputError: scene = None in the dataset's attributes: must be one of ['Disk', ...]; import the
+    module that defines the scene class first
 
 # The other attributes of a run
 >>> run = disks()

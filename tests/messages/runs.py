@@ -128,8 +128,8 @@ ArgumentError: record_interval = 0: must be at least 1
 >>> top(record_interval=41)
 ArgumentError: record_interval = 41: must be at most 40 steps
 >>> top(timestep=0.001, duration=1e12)
-ArgumentError: record_interval = 1: must be at least ... for so long a duration: the
-    records would take 1.36e+17 of ... bytes of memory
+ArgumentError: record_interval = 1: must be at least ... for so long a duration: the records would
+    take 1.36e+17 of ... bytes of memory
 >>> disk(replicas=0)
 ArgumentError: replicas = 0: must be at least 1
 >>> path = mm.noise.BrownianPath(9, 0.02)
@@ -255,11 +255,11 @@ ArgumentError: initial = ['axis', 'orientation']: must have axis or orientation,
 >>> motor(ring_axis=(0, 0, 0))
 ArgumentError: initial['ring_axis'] = (0, 0, 0): must not be zero
 >>> motor(ring_axis=(0.4, 0, 1))
-ArgumentError: initial['ring_axis'] = [[0.3713..., 0.0, 0.9284...],
-    [0.3713..., 0.0, 0.9284...]]: must be within 20 degrees of the vertical
+ArgumentError: initial['ring_axis'] = [[0.3713..., 0.0, 0.9284...], [0.3713..., 0.0, 0.9284...]]:
+    must be within 20 degrees of the vertical
 >>> motor(ring_axis=((0, 0, 1), (0.4, 0, 1)))
-ArgumentError: initial['ring_axis'] = [[0.0, 0.0, 1.0], [0.3713..., 0.0,
-    0.9284...]]: must be within 20 degrees of the vertical
+ArgumentError: initial['ring_axis'] = [[0.0, 0.0, 1.0], [0.3713..., 0.0, 0.9284...]]: must be
+    within 20 degrees of the vertical
 >>> motor(ring_orientation=(0, 1, 0, 0))
 ArgumentError: initial['ring_axis'] = [[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]]: must be within 20
     degrees of the vertical
@@ -362,8 +362,8 @@ UserWarning: timestep = 1: above 0.0574 = (pi/6) sqrt((1 + sigma) beta), the lar
 >>> disk(timestep=1.5, duration=3e6, record_interval=1000, replicas=32)
 UserWarning: timestep = 1.5: above 0.0574 = (pi/6) sqrt((1 + sigma) beta), the largest safe one;
     long flights are aliased, since a step in which x moves by a period of U looks like rest
-SimulationDiverged: variational/euler with timestep 1.5 s stopped at t = ... s: energy grew
-    beyond what the motion can have
+SimulationDiverged: variational/euler with timestep 1.5 s stopped at t = ... s: energy grew beyond
+    what the motion can have
 >>> level = mm.Top.paper(4, axis=(1.0, 0.0, 0.2))
 >>> long = {"method": "variational/cayley", "timestep": 2.0, "duration": 2e3}
 >>> mm.simulate(level, **long, allow_unstable=True)
@@ -390,8 +390,8 @@ PhysicalEvent: variational/middle with timestep 0.1 s stopped at t = ... s: the 
     from the center, beyond 1.47 m, where no ring holds it
 >>> warm = mm.Motor(temperature="nonuniform", alpha_ring=0.02)
 >>> mm.simulate(warm, method="mujoco/euler", timestep=0.025, duration=2000, seed=1)
-PhysicalEvent: mujoco/euler with timestep 0.025 s stopped at t = ... s: the inner ring is lost:
-    it is tilted by 20.1 degrees, beyond 20
+PhysicalEvent: mujoco/euler with timestep 0.025 s stopped at t = ... s: the inner ring is lost: it
+    is tilted by 20.1 degrees, beyond 20
 >>> swing = {"center_of_mass": (0.015, 0, 0), "axis": (0, 1, 0), "spin": 40.0, "coupling": 1e-30}
 >>> swing |= {"ball_inertia": 5e-5, "ball_axial_inertia": 5e-5, "friction": 0.0}
 >>> lifted = mm.Top(ring_height=1.0, position=(0, 0), **swing)
@@ -436,8 +436,8 @@ ArgumentError: initial = ['x', 'v', 'theta', 'energy']: the dataset must also ha
 ArgumentError: attributes = []: must be those of a run or an ensemble; scene, scene_fields,
     method, timestep, duration, record_interval, seed are missing
 >>> mm.rerun(run.assign_attrs(scene="Pendulum"))
-InputError: scene = 'Pendulum' in the dataset's attributes: must be one of ['Disk', ...];
-    import the module that defines the scene class first
+InputError: scene = 'Pendulum' in the dataset's attributes: must be one of ['Disk', ...]; import
+    the module that defines the scene class first
 >>> mm.rerun(xr.Dataset({"x": 1.0}))
 ArgumentError: attributes = []: must be those of a run or an ensemble; scene, scene_fields,
     method, timestep, duration, record_interval, seed are missing

@@ -71,8 +71,7 @@ ArgumentError: coulomb_friction = 1e-07: must be at least 1e-05, MuJoCo's minimu
 ArgumentError: coulomb_friction = 0.0: must be at least 1e-05, MuJoCo's minimum, if
     coulomb_friction or torsional_friction or rolling_friction is positive
 >>> mm.Top().in_air(speed=1.0)
-ArgumentError: Reynolds number 2 r density speed/viscosity = 2399...: must be less than
-    1000
+ArgumentError: Reynolds number 2 r density speed/viscosity = 2399...: must be less than 1000
 
 # The ring of a top
 >>> mm.Top(ring_dipoles=0)
@@ -166,8 +165,8 @@ ArgumentError: friction_ball = 0.0: must be positive with alpha_ball at a unifor
 >>> mm.Motor(friction_ring=0.0)
 ArgumentError: friction_ring = 0.0: must be positive with alpha_ring at a uniform temperature
 >>> mm.Motor(friction_ring=0.2)
-ArgumentError: friction_ring/alpha_ring^2 = 200000.00...: must be friction_ball/alpha_ball^2
-    = 150000 when temperature = 'uniform'
+ArgumentError: friction_ring/alpha_ring^2 = 200000.00...: must be friction_ball/alpha_ball^2 =
+    150000 when temperature = 'uniform'
 >>> mm.Motor(alpha_ball=2e-3)
 ArgumentError: friction_ring/alpha_ring^2 = 150000.0: must be friction_ball/alpha_ball^2 = 37500
     when temperature = 'uniform'
@@ -248,8 +247,8 @@ ArgumentError: run = 'uniform': must be one of nonuniform-a, nonuniform-b, nonun
 >>> mm.Motor.desk(ball_mass=-1)
 ArgumentError: ball_mass = -1: must be greater than 0 kg
 >>> mm.Motor.desk(magnet_fraction=1.0).bill_of_materials("N42")
-ArgumentError: moment of each inner magnet = 5.259...: must be at most 3.16 A m^2 with
-    this grade: 20 magnets weigh 0.763 kg, but the inner ring has 0.458 kg
+ArgumentError: moment of each inner magnet = 5.259...: must be at most 3.16 A m^2 with this grade:
+    20 magnets weigh 0.763 kg, but the inner ring has 0.458 kg
 >>> DESK.bill_of_materials("C5")
 ArgumentError: grade = 'C5': must be stronger: its magnet of 24 mm and 35.6 g does not fit into a
     ball of 21.3 mm and 38.1 g
