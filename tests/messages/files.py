@@ -8,10 +8,12 @@ from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
 import numpy as np
+from runs import own_device
 
 import magmotor as mm
 from magmotor.commands.picture_options import PictureOptions
 from magmotor.common import files as whole_files
+from magmotor.device import Gauge
 from magmotor.device import checkpoint as checkpoints
 from magmotor.device.device import SCENES, Scene
 from magmotor.live import live_scene
@@ -310,6 +312,47 @@ ArgumentError: dpi = 0: must be at least 10
 >>> live_scene(mm.LangevinParticle(), timestep=0.01)
 ArgumentError: scene = LangevinParticle(friction=0.1, noise=5.0, potential='symmetric', x=0.0,
     v=0.0): a LangevinParticle has no MuJoCo model
+
+# Pictures of a device outside of the package
+>>> own = own_device()
+>>> numbers = {"method": "variational/baoab", "timestep": 0.01, "duration": 0.1}
+>>> run = mm.simulate(own.Rotor(), **numbers)
+>>> with patch.object(own.RotorMovieContent, "near", "front"):
+...     mm.render.movie(run, None, "rotor.mp4")
+ArgumentError: RotorMovieContent.near = 'front': must be another camera than that of the main view
+>>> with patch.object(own.RotorMovieContent, "near", "side"):
+...     mm.render.still(run, None, "rotor.png", 0.05)
+ArgumentError: camera = 'side': the model of a Rotor must have this camera
+>>> def drawn(run):
+...     mm.render.contact_sheet([run], [own.Rotor()], ["a"], "sheet.mp4", columns=1)
+>>> drawn(run)
+ArgumentError: scene = Rotor(inertia=2e-06, moment=0.5, magnet=20.0, distance=0.2, damping=1e-05,
+    kT=2e-05, angle=1.0, rate=0.0): there are no contact sheets of a Rotor
+>>> angle = Gauge("angle", "rad", ("theta",), lambda run, _: run.theta.values, (), lambda _: 0.1)
+>>> own.RotorDevice.gauge = angle
+>>> drawn(run)
+ArgumentError: runs[0] = ['theta', 'omega', 'energy']: the dataset must also have position
+>>> run["position"] = ("time", "space"), np.zeros((run.sizes["time"], 3))
+>>> run = run.assign_coords(space=[*"xyz"])
+>>> drawn(run)
+ArgumentError: scene = Rotor(inertia=2e-06, moment=0.5, magnet=20.0, distance=0.2, damping=1e-05,
+    kT=2e-05, angle=1.0, rate=0.0): must have ball_radius to be shown in a contact sheet
+>>> own.Rotor.ball_radius = 0.01
+>>> drawn(run)
+ArgumentError: geom = 'ball': the model of a Rotor must have this geom
+>>> plain = own.RotorDevice.compose
+>>> def with_ball(self, scene, *, visual):
+...     spec = plain(self, scene, visual=visual)
+...     ball = spec.body("needle").add_geom(name="ball", size=[0.01, 0, 0])
+...     return spec
+>>> own.RotorDevice.compose = with_ball
+>>> own.Rotor.ball_radius = 0.02
+>>> run = mm.simulate(own.Rotor(angle=0.5), **numbers)
+>>> run["position"] = ("time", "space"), np.zeros((run.sizes["time"], 3))
+>>> run = run.assign_coords(space=[*"xyz"])
+>>> mm.render.contact_sheet([run], [own.Rotor(angle=0.5)], ["a"], "sheet.mp4", columns=1)
+ArgumentError: camera = 'top': the model of a Rotor must have this camera
+>>> del SCENES["Rotor"]
 
 # Contact sheets
 >>> scenes = [mm.Top(tilt=tilt) for tilt in (0.0, 0.05, 0.2)]

@@ -2,7 +2,6 @@
 
 import importlib
 import sys
-from pathlib import Path
 from unittest.mock import patch
 
 import made_up_charts
@@ -16,6 +15,8 @@ import numpy as np
 import xarray as xr
 
 from magmotor import theory
+from magmotor.common.environment import data_folder
+from magmotor.device import Device, Scene, register
 from magmotor.device import device as protocol
 from magmotor.run import chart_data
 
@@ -57,13 +58,12 @@ def recommend(scene=None, **asked):
 
 
 def own_device():
-    """Return the scene class of a device outside of the package, registered from now on."""
-    with (
-        patch.dict(sys.modules),
-        patch.object(sys, "path", [str(Path(mm.__file__).parents[2] / "examples"), *sys.path]),
-    ):
-        sys.modules.pop("own_device", None)
-        return importlib.import_module("own_device").Rotor
+    """Import a device outside of the package, registered from now on."""
+    sys.modules.pop("own_device", None)
+    with patch.object(sys, "path", [str(data_folder("examples")), *sys.path]):
+        own = importlib.import_module("own_device")
+    del sys.modules["own_device"]
+    return own
 
 
 def driven(kind='type="hinge"', body="0 0 -2 0 0 0", joint="0 2"):
@@ -574,7 +574,7 @@ DeclarationError(potential, 0): joint 0 'j': its user numbers must be pairs, the
     coefficients of a potential, and the joint must be a slide or a hinge
 
 # A device outside of the package
->>> Rotor = own_device()
+>>> Rotor = own_device().Rotor
 >>> mm.simulate(Rotor(), method="mujoco/euler", timestep=0.3, duration=3.0)
 ArgumentError: timestep = 0.3: must be less than 0.1433, the linear limit: beyond it, the smallest
     motion about rest grows
@@ -609,5 +609,28 @@ ArgumentError: initial['omega'] = [1, 2, 3]: must be a finite number or 2 of the
 ArgumentError: initial['theta'] = [[1, 2]]: must be a finite number or 2 of them
 >>> mm.simulate(Rotor(), replicas=2, initial={"phi": 1}, **ROTOR)
 ArgumentError: initial = 'phi': must be one of theta, omega
+>>> register(Rotor().device, type("Rotor", (Scene,), {"__module__": "elsewhere"}))
+ArgumentError: name of the scene class = 'Rotor': own_device has registered a scene class of this
+    name
+>>> del protocol.SCENES["Rotor"]
+
+# Parts that a device outside of the package lacks
+>>> own = own_device()
+>>> parts = {"variational": Device.variational, "mujoco": Device.mujoco, "ode": Device.ode}
+>>> methods = ("variational/baoab", "mujoco/baoab", "scipy/dop853")
+>>> lacking = type("RotorDevice", (own.RotorDevice,), {**parts, "joints": Device.joints})
+>>> lacking.methods = lambda self, scene: methods
+>>> lacking.check_run = lambda *_: None
+>>> run = mm.simulate(own.Rotor(), **ROTOR)
+>>> register(lacking(), own.Rotor)
+>>> mm.simulate(own.Rotor(), **ROTOR)
+ArgumentError: method = 'variational/...': a Rotor needs RotorDevice.variational, which is missing
+>>> mm.simulate(own.Rotor(), **(ROTOR | {"method": "mujoco/baoab"}))
+ArgumentError: method = 'mujoco/baoab': a Rotor needs RotorDevice.mujoco, which is missing
+>>> mm.simulate(own.Rotor(), **(ROTOR | {"method": "scipy/dop853"}))
+ArgumentError: method = 'scipy/dop853': a Rotor needs RotorDevice.ode, which is missing
+>>> mm.render.movie(run, None, "rotor.mp4")
+ArgumentError: scene = Rotor(inertia=2e-06, moment=0.5, magnet=20.0, distance=0.2, damping=1e-05,
+    kT=2e-05, angle=1.0, rate=0.0): a Rotor needs RotorDevice.joints, which is missing
 >>> del protocol.SCENES["Rotor"]
 """
