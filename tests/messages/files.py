@@ -16,7 +16,6 @@ from magmotor.common import files as whole_files
 from magmotor.device import Gauge
 from magmotor.device import checkpoint as checkpoints
 from magmotor.device.device import SCENES, Scene
-from magmotor.live import live_scene
 from trials import checkpoint_files
 
 DISK = {"method": "variational/baoab", "timestep": 0.05, "duration": 10.0, "record_interval": 7}
@@ -309,9 +308,6 @@ ArgumentError: method = 'scipy/dop853': must be mujoco/* or variational/*, since
     no orientations to draw
 >>> PictureOptions(dpi=0).check_pictures()
 ArgumentError: dpi = 0: must be at least 10
->>> live_scene(mm.LangevinParticle(), timestep=0.01)
-ArgumentError: scene = LangevinParticle(friction=0.1, noise=5.0, potential='symmetric', x=0.0,
-    v=0.0): a LangevinParticle has no MuJoCo model
 
 # Pictures of a device outside of the package
 >>> own = own_device()

@@ -1,7 +1,9 @@
 """Runs: their arguments, how they end, recommendations, and theory."""
 
 import importlib
+import socket
 import sys
+from contextlib import ExitStack, contextmanager, suppress
 from unittest.mock import patch
 
 import made_up_charts
@@ -18,6 +20,7 @@ from magmotor import theory
 from magmotor.common.environment import data_folder
 from magmotor.device import Device, Scene, register
 from magmotor.device import device as protocol
+from magmotor.live import LiveSimulation, Loop, WebView, live_scene
 from magmotor.run import chart_data
 
 SHORT = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
@@ -66,9 +69,18 @@ def own_device():
     return own
 
 
-def driven(kind='type="hinge"', body="0 0 -2 0 0 0", joint="0 2"):
+@contextmanager
+def last_port_taken():
+    """Take the last port, unless somebody has."""
+    with ExitStack() as stack:
+        with suppress(OSError):
+            stack.enter_context(socket.create_server(("127.0.0.1", 65535)))
+        yield
+
+
+def driven(kind='type="hinge"', body="0 0 -2 0 0 0", joint="0 2", room=5):
     """Compile a model with Brownian wrenches on a body and a potential on a joint."""
-    geom, size = '<geom size="0.1"/>', '<size nuserdata="5"/>'
+    geom, size = '<geom size="0.1"/>', f'<size nuserdata="{room}"/>'
     name = '<custom><text name="magmotor" data="all"/></custom>'
     tree = f'<body name="b" user="{body}"><joint name="j" {kind} user="{joint}"/>{geom}</body>'
     xml = f"<mujoco>{size}{name}<worldbody>{tree}</worldbody></mujoco>"
@@ -561,6 +573,44 @@ ArgumentError: drag_temperature = 60.0: must be None or 125, the disk's kT, for 
 ArgumentError: drag = 0.2: must be zero for this closed form
 >>> theory.euler_slip_variance(warm, 0.1)
 ArgumentError: drag = 0.2: must be zero for this closed form
+
+# Live simulations
+>>> live_scene(mm.LangevinParticle(), timestep=0.01)
+ArgumentError: scene = LangevinParticle(friction=0.1, noise=5.0, potential='symmetric', x=0.0,
+    v=0.0): a LangevinParticle has no MuJoCo model
+>>> LiveSimulation(driven())
+>>> LiveSimulation(driven(room=0), seed=3)
+ArgumentError: seed = 3: must be 0, since the model has noise but no nuserdata to hold a seed
+>>> LiveSimulation(mujoco.MjModel.from_xml_string("<mujoco/>"))
+UserWarning: nothing acts on this model: neither a mark nor a site with a user number names
+    dipoles
+>>> simulation = live_scene(mm.Top(), timestep=0.01)
+>>> simulation.data.qvel[0] = np.nan
+>>> simulation.advance(1)
+StateLost: the state is not finite at t = 0
+>>> lifted = live_scene(mm.Top.si(), method="mujoco/euler", timestep=0.01)
+>>> lifted.advance(30)
+StateLost: the magnetic lift, ... N, exceeds the ball's weight, 1.96 N, and the plane cannot hold
+    it down: use a larger gravity or surface = 'plane'
+>>> own = own_device()
+>>> plain = own.RotorDevice.compose
+>>> def compose(self, scene, *, visual):
+...     spec = plain(self, scene, visual=visual)
+...     spec.delete(spec.keys[0])
+...     return spec
+>>> own.RotorDevice.compose = compose
+>>> live_scene(own.Rotor(), timestep=0.002)
+ArgumentError: scene = Rotor(inertia=2e-06, moment=0.5, magnet=20.0, distance=0.2, damping=1e-05,
+    kT=2e-05, angle=1.0, rate=0.0): its model must have a keyframe, its initial state, and sliders
+    a joint
+>>> del protocol.SCENES["Rotor"]
+>>> with patch.dict(sys.modules, {"mjviser": None}):
+...     mm.live.web(mm.Disk())
+MissingExtra: mjviser is not installed: pip install "magmotor[web]"
+>>> loop = Loop(live_scene(mm.Disk(), timestep=0.01), 1.0)
+>>> with last_port_taken():
+...     WebView(loop, port=65535)
+ArgumentError: port = 65535: must leave a free port up to 65535; all are taken
 
 # User numbers of bodies and joints
 >>> mm.describe(driven(body="1 " * 20))
