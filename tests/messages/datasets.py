@@ -3,6 +3,7 @@
 import json
 import sys
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -19,13 +20,13 @@ from paper.motor.rotor import rotor
 from paper.top.dry_friction import held_axis
 from paper.top.lift import largest_lift_map, lift_map
 
-BAOAB = {"method": "variational/baoab"}
+BAOAB: dict[str, Any] = {"method": "variational/baoab"}
 balance = mm.observables.energy_balance
 
 
 def disks(**changes):
     """Simulate three disks for 300 steps."""
-    arguments = {"timestep": 0.01, "duration": 3, "replicas": 3, "seed": 5}
+    arguments: dict[str, Any] = {"timestep": 0.01, "duration": 3, "replicas": 3, "seed": 5}
     return mm.simulate(mm.Disk(v=1.0), **(arguments | BAOAB | changes))
 
 
@@ -41,7 +42,12 @@ def top():
 
 def many():
     """Simulate an ensemble of disks."""
-    arguments = {"timestep": 0.05, "duration": 100.0, "replicas": 8, "trajectories": 8}
+    arguments: dict[str, Any] = {
+        "timestep": 0.05,
+        "duration": 100.0,
+        "replicas": 8,
+        "trajectories": 8,
+    }
     return mm.ensemble(mm.Disk(), **arguments, **BAOAB)
 
 

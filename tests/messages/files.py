@@ -5,6 +5,7 @@ import errno
 import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -18,18 +19,28 @@ from magmotor.device import checkpoint as checkpoints
 from magmotor.device.device import SCENES, Scene
 from trials import checkpoint_files
 
-DISK = {"method": "variational/baoab", "timestep": 0.05, "duration": 10.0, "record_interval": 7}
+DISK: dict[str, Any] = {
+    "method": "variational/baoab",
+    "timestep": 0.05,
+    "duration": 10.0,
+    "record_interval": 7,
+}
 
 
 def run(path, scene=None, **changes):
     """Simulate three disks with a checkpoint."""
-    arguments = {**DISK, "seed": 3, "replicas": 3, **changes}
+    arguments: dict[str, Any] = {**DISK, "seed": 3, "replicas": 3, **changes}
     return mm.simulate(scene or mm.Disk(), checkpoint=path, **arguments)
 
 
 def disks(path):
     """Simulate an ensemble of ten disks with a checkpoint."""
-    numbers = {"timestep": 0.05, "duration": 10.0, "replicas": 10, "trajectories": 2}
+    numbers: dict[str, Any] = {
+        "timestep": 0.05,
+        "duration": 10.0,
+        "replicas": 10,
+        "trajectories": 2,
+    }
     return mm.ensemble(mm.Disk(), method="variational/baoab", checkpoint=path, **numbers)
 
 

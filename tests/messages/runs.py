@@ -4,6 +4,7 @@ import importlib
 import socket
 import sys
 from contextlib import ExitStack, contextmanager, suppress
+from typing import Any
 from unittest.mock import patch
 
 import made_up_charts
@@ -23,12 +24,22 @@ from magmotor.device import device as protocol
 from magmotor.live import LiveSimulation, Loop, WebView, live_scene
 from magmotor.run import chart_data
 
-SHORT = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
-DISK = {"method": "variational/euler", "timestep": 0.01, "duration": 10.0}
-MOTOR = {"method": "variational/baoab", "timestep": 0.1, "duration": 1.0, "replicas": 2}
-MANY = {"method": "variational/baoab", "timestep": 0.05, "duration": 60.0, "replicas": 150}
-ROTOR = {"method": "variational/baoab", "timestep": 0.01, "duration": 2.0}
-QUIET = {"alpha_ball": 0.0, "alpha_ring": 0.0}
+SHORT: dict[str, Any] = {"method": "mujoco/rk4", "timestep": 0.025, "duration": 1.0}
+DISK: dict[str, Any] = {"method": "variational/euler", "timestep": 0.01, "duration": 10.0}
+MOTOR: dict[str, Any] = {
+    "method": "variational/baoab",
+    "timestep": 0.1,
+    "duration": 1.0,
+    "replicas": 2,
+}
+MANY: dict[str, Any] = {
+    "method": "variational/baoab",
+    "timestep": 0.05,
+    "duration": 60.0,
+    "replicas": 150,
+}
+ROTOR: dict[str, Any] = {"method": "variational/baoab", "timestep": 0.01, "duration": 2.0}
+QUIET: dict[str, Any] = {"alpha_ball": 0.0, "alpha_ring": 0.0}
 HEAVY = mm.Top(center_of_mass=(1e-4, 0, 0))
 SKEW = mm.Top(products_of_inertia=(0, 1e-6, 0))
 
@@ -51,7 +62,8 @@ def disk(**changes):
 def disks(**changes):
     """Simulate an ensemble of warm disks, with other arguments."""
     warm = mm.Disk(sigma=0.5, friction=0.5, noise=1.0)
-    return mm.ensemble(warm, **(MANY | {"seed": 2, "sample_interval": 10} | changes))
+    arguments: dict[str, Any] = {**MANY, "seed": 2, "sample_interval": 10, **changes}
+    return mm.ensemble(warm, **arguments)
 
 
 def recommend(scene=None, **asked):

@@ -6,6 +6,7 @@ from concurrent.futures import Executor, Future
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -17,8 +18,13 @@ from magmotor.sweep.dask_cluster import Cluster
 
 driver = import_module("magmotor.sweep.driver")
 
-DISK = {"scene": mm.Disk(), "method": "variational/baoab", "timestep": 0.05, "duration": 5.0}
-TOP = {"scene": mm.Top(), "measure": ["max_spin"], "duration": 1.0}
+DISK: dict[str, Any] = {
+    "scene": mm.Disk(),
+    "method": "variational/baoab",
+    "timestep": 0.05,
+    "duration": 5.0,
+}
+TOP: dict[str, Any] = {"scene": mm.Top(), "measure": ["max_spin"], "duration": 1.0}
 NAMES = (
     "position_x position_y velocity_x velocity_y axis_x axis_y axis_z spin tilt coupling friction"
 )
