@@ -320,6 +320,18 @@ SweepFailed: all 2 cases of the sweep failed, the first of them with: shape of a
     must be () or (replicas,)
 >>> run(Path(here.name, "mute"), measure=["sweeps:mute"])
 SweepFailed: all 2 cases of the sweep failed, the first of them with: Mute
+>>> lifted = {"scene": mm.Top.si(), "measure": ["max_spin"], "vary": {"tilt": (0.0, 0.1)}}
+>>> run(Path(here.name, "lifted"), **lifted, method="variational/verlet", timestep=0.005)
+SweepFailed: all 2 cases of the sweep failed, the first of them with: variational/verlet with
+    timestep 0.005 s stopped at t = ... s: the magnetic lift, ... N, exceeds the ball's weight,
+    1.96 N, and the plane cannot hold it down: use a larger gravity or surface = 'plane'
+>>> old = {**sweep().versions, "numpy": "1.0"}
+>>> run(Path(here.name, "old"), versions=old)
+OtherVersions: a worker has {'magmotor': ..., 'machine': ...}, but the sweep has {'magmotor': ...,
+    'numpy': '1.0', ...}
+>>> run(Path(here.name, "old"))
+ArgumentError: directory = '.../old': must be empty or hold this sweep; it holds one that differs
+    in versions: give this sweep another directory (on the command line, --out)
 >>> run(Path(here.name, "full"), measure=["sweep_measures:saved"], vary={"noise": (2.0, 3.0)})
 OSError: [Errno 28] No space left on device: 'disk/file'
 >>> here.cleanup()

@@ -401,9 +401,9 @@ def test_other_versions_do_not_mix(tmp_path, here):
     sweep = Sweep(**DISK, vary={"noise": NOISES})
     assert sweep.versions is not None
     old = Sweep(**DISK, vary={"noise": NOISES}, versions={**sweep.versions, "numpy": "1.0"})
-    with pytest.raises(mm.sweep.OtherVersions, match=r"worker has .*, but the sweep has .*1\.0"):
+    with pytest.raises(mm.sweep.OtherVersions):
         mm.sweep.run(old, tmp_path / "s", executor=here)
-    with pytest.raises(ValueError, match="it holds one that differs in versions"):
+    with refused("directory"):
         mm.sweep.run(sweep, tmp_path / "s", executor=here)
     assert mm.sweep.status(tmp_path / "s").missing == 3  # can be read as before
 
