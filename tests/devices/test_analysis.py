@@ -1,4 +1,4 @@
-"""Analyses of runs: parts of a run, the scene of a run, and invalid input."""
+"""Analyses of runs: parts of a run, and the scene of a run."""
 
 import subprocess
 import sys
@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from PIL import Image
+from refusals import refused
 
 import magmotor as mm
-from magmotor.device.overview import draw_variables
 from magmotor.numerics.batch_means import mean_and_error
 
 DISK = mm.Disk(v=1.0)
@@ -36,8 +36,6 @@ def top_run():
 def residual(balance, scale):
     return float(abs(balance.residual).max() / abs(balance[scale]).max())
 
-
-OF_A_DISK = mm.simulate(DISK, method="variational/euler", timestep=0.01, duration=0.01).attrs
 
 PARTS = {
     "one replica": {"replica": 2},
@@ -77,19 +75,6 @@ def test_the_energy_balance_includes_the_noise_of_each_slip(scene, bound):
     assert residual(found, "injected") < bound
 
 
-def test_an_energy_balance_requires_the_noise_of_every_step(disk_run):
-    refused = {
-        "steps between two records = 10: must be 1": disk_run.isel(time=slice(None, None, 10)),
-        "coordinates = .*: must include step": disk_run.drop_vars("step"),
-        "run.replica = None: must be a coordinate": disk_run.drop_vars("replica"),
-        "number of records in run = 1": disk_run.isel(time=[0]),
-        "the dataset must also have omega": disk_run.drop_vars("omega"),
-    }
-    for message, run in refused.items():
-        with pytest.raises(ValueError, match=message):
-            mm.observables.energy_balance(run)
-
-
 def test_a_continued_run_continues_the_step_numbers():
     first = mm.simulate(DISK, timestep=0.01, duration=3, **BAOAB)
     second = mm.simulate(DISK, timestep=0.01, duration=3, initial=first, record_interval=7, **BAOAB)
@@ -125,14 +110,6 @@ def test_flights_record_their_replica():
     assert {*mm.observables.transitions(alone, scene).replica.values} == {3}
 
 
-def test_a_ring_that_rotates_too_far_between_records_has_no_yaw(motor_run):
-    half = motor_run.ring_orientation.values.copy()
-    half[:, 1::2] = [0.0, 0.0, 0.0, 1.0]  # upside down, and back
-    turned = motor_run.assign(ring_orientation=(motor_run.ring_orientation.dims, half))
-    with pytest.raises(ValueError, match=r"largest rotation between two records = 3\.1\d: must be"):
-        mm.observables.ring_attitude(turned)
-
-
 def test_the_momentum_balance_starts_from_the_first_record(top_run):
     """J(0) enters the integral, also for a late slice, which begins with another J."""
     largest = float(abs(top_run.momentum_map).max())
@@ -151,11 +128,6 @@ def test_the_error_of_a_mean_uses_n_minus_1():
     mean, error = mean_and_error(np.arange(8.0))
     assert mean == 3.5
     assert error == pytest.approx(np.sqrt(6 / 8), rel=1e-15, abs=0)  # 0, or rounding
-
-
-def test_modes_need_records_for_their_errors(motor_run):
-    with pytest.raises(ValueError, match=r"burn_in = 59\.5: must leave at least 16 records"):
-        mm.observables.mode_temperatures(motor_run, burn_in=59.5)
 
 
 OWN = [
@@ -182,9 +154,9 @@ def test_the_scene_defaults_to_the_runs_own(name, made, request):
     bare.attrs = {k: v for k, v in run.attrs.items() if not k.startswith("scene")}
     assert analyze(bare, scene).identical(expected)
     field = "gravity" if hasattr(scene, "gravity") else "x"
-    with pytest.raises(ValueError, match=rf"^scene\.{field} = 0\.5: must be .*, as in the run$"):
+    with refused(f"scene.{field}"):
         analyze(run, scene.replace(**{field: 0.5}))
-    with pytest.raises(ValueError, match=r"^scene = None: must be given, since the run"):
+    with refused("scene"):
         analyze(bare)
 
 
@@ -192,35 +164,13 @@ def test_the_scene_defaults_to_the_runs_own(name, made, request):
 def test_every_run_has_an_overview(made, request, tmp_path):
     run, drawn = request.getfixturevalue(made), tmp_path / "drawn.png"
     if made == "motor_run":
-        with pytest.raises(ValueError, match=r"replicas = 3: select one: run.isel\(replica=0\)"):
+        with refused("replicas"):
             mm.plots.overview(run, None, drawn)
         run = run.isel(replica=0)
     mm.plots.overview(run, None, drawn)
     with Image.open(drawn) as picture:
         assert picture.size[0] >= 1200
         assert len(picture.getcolors(2**24) or ()) > 50
-
-
-def test_invalid_datasets_are_refused(top_run):
-    position = top_run.position
-    wrong = {
-        "the dataset must also have slip_velocity": top_run.drop_vars("slip_velocity"),
-        "dtype of run.axis = 'complex128'": top_run.assign(axis=top_run.axis + 0j),
-        "run.axis holds values that are not finite": top_run.assign(axis=top_run.axis * np.nan),
-        "dimensions of run.axis": top_run.isel(space=0),
-        "run.space = .*: must be x, y, z": top_run.isel(space=[1, 0, 2]),
-        "length of space in run.axis = 2: must be 3": top_run.isel(space=[0, 1]),
-        "shape of run.axis": top_run.isel(time=[]),
-        "dimensions of run.axis = ..space": top_run.isel(time=0),
-        "run.time must hold finite times that increase": top_run.isel(time=slice(None, None, -1)),
-        r"replicas = 2: select one: run\.isel": xr.concat([top_run, top_run], "replica"),
-        "of a Disk'?: must be of a Top": top_run.assign_attrs(OF_A_DISK),
-        "run.time = None: must be a coordinate": top_run.drop_vars("time"),
-        "an instance of xarray.Dataset": position,
-    }  # fmt: skip
-    for message, run in wrong.items():
-        with pytest.raises(ValueError, match=message):
-            mm.observables.momentum_balance(run)
 
 
 @pytest.fixture(scope="module")
@@ -235,42 +185,14 @@ def test_local_slopes_require_the_start_of_the_run(ensemble):
     some = mm.observables.local_slope(ensemble.isel(time=slice(None, None, 2)))
     shared = np.isin(some.begin, slope.begin)
     assert shared.all()
-    with pytest.raises(ValueError, match=r"first time in run = .*: must be 0"):
+    with refused("first time in run"):
         mm.observables.local_slope(ensemble.isel(time=slice(5, None)))
-    with pytest.raises(ValueError, match=r"factor = 1000.0: must be at most"):
-        mm.observables.local_slope(ensemble, 1000)
 
 
-def test_a_survival_requires_all_bins(ensemble):
-    whole = mm.observables.flight_survival(ensemble)
-    assert whole.survival[0] == 1
-    with pytest.raises(
-        ValueError, match=r"flight_duration = .*: must have all bins of the ensemble"
-    ):
-        mm.observables.flight_survival(ensemble.isel(flight_duration=slice(None, None, 2)))
-
-
-def test_joined_or_averaged_runs_are_refused(disk_run):
-    balance = mm.observables.energy_balance
-    other = mm.simulate(DISK, timestep=0.01, duration=30, replicas=3, seed=6, **BAOAB)
-    again: Any = xr.concat([disk_run, disk_run.assign_coords(time=disk_run.time + 31)], "time")
-    for run, message in (
-        (xr.concat([disk_run, other], "replica"), "run.replica = .*: must be distinct numbers"),
-        (disk_run.assign_coords(replica=[0, 1, 7]), "run.replica = .*: must be distinct numbers"),
-        (disk_run.mean("replica", keep_attrs=True), "run.replica = None: must be a coordinate"),
-        (disk_run.isel(time=slice(-1)).coarsen(time=2).mean(keep_attrs=True), "run.step = 'float"),
-        (again, "run.step must increase"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            balance(run)
-
-
-def test_a_survival_requires_the_first_and_the_last_bin(ensemble):
-    survival = mm.observables.flight_survival
-    assert survival(ensemble).sizes["flight_duration"] > 8
-    for part in (slice(1, None), slice(-1)):
-        with pytest.raises(ValueError, match=r"flight_duration = .* must have all bins"):
-            survival(ensemble.isel(flight_duration=part))
+def test_a_survival_begins_at_one_and_has_bins(ensemble):
+    survival = mm.observables.flight_survival(ensemble)
+    assert survival.survival[0] == 1
+    assert survival.sizes["flight_duration"] > 8
 
 
 def test_a_continued_path_follows_its_steps_in_all_replicas(disk_run):
@@ -280,7 +202,7 @@ def test_a_continued_path_follows_its_steps_in_all_replicas(disk_run):
     assert shifted.attrs["first_step"] == 1000
     whole = disk_run.x.isel(time=slice(1000, None))
     np.testing.assert_allclose(shifted.x, whole, rtol=5e-15)  # 3e-16: x is kept in turns
-    with pytest.raises(ValueError, match=r"initial.replica = \[1, 2\]: must be 0, 1, 2"):
+    with refused("initial.replica"):
         mm.simulate(DISK, **rest, replicas=2, initial=half.isel(replica=[1, 2]))
 
 
@@ -294,32 +216,3 @@ def test_a_fresh_process_knows_the_scenes_of_files(top_run, tmp_path):
     command = [sys.executable, "-c", program, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("Top(ball_mass=")
-
-
-def test_what_datasets_lack_is_named(motor_run, top_run, tmp_path):
-    with pytest.raises(ValueError, match=r"run.position.space = None: must be a coordinate"):
-        mm.observables.azimuth(motor_run.drop_vars("space"))
-    with pytest.raises(ValueError, match=r"scene = array.* must be one of"):
-        mm.observables.momentum_balance(top_run.assign_attrs(scene=np.array(["Top", "Disk"])))
-    many = mm.ensemble(
-        mm.Disk(), method="variational/baoab", timestep=0.05, duration=10.0, replicas=8
-    )
-    with pytest.raises(ValueError, match=r"run = .*: must have variables over time"):
-        draw_variables(many.isel(time=-1), tmp_path / "overview.png")
-    del many.attrs["burn_in"]
-    with pytest.raises(ValueError, match=r"attributes = .*: must include burn_in"):
-        mm.observables.flight_survival(many)
-
-
-def test_an_ensemble_of_a_scene_without_noise_is_refused():
-    with pytest.raises(ValueError, match="a Top has no noise, and all replicas would be the same"):
-        mm.ensemble(mm.Top(), method="variational/euler", timestep=0.01, duration=1.0, replicas=2)
-
-
-def test_an_ensemble_whose_initial_state_was_not_kept_is_not_rerun():
-    many = mm.ensemble(
-        mm.Motor(), method="variational/baoab", timestep=0.1, duration=2.0, replicas=2,
-        initial={"velocity": (0.01, 0.0)},
-    )  # fmt: skip
-    with pytest.raises(ValueError, match="cannot be rerun without its initial state"):
-        mm.rerun(many)

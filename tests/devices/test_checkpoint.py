@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from every_method import EVERY_METHOD, short
+from refusals import refused
 
 import magmotor as mm
 from magmotor.device import checkpoint as checkpoints
@@ -122,29 +123,10 @@ def test_checkpoints_are_saved_periodically(tmp_path, monkeypatch):
     assert mm.simulate(mm.Disk(), checkpoint=path, **DISK).identical(mm.simulate(mm.Disk(), **DISK))
 
 
-@pytest.mark.parametrize(
-    ("changes", "named"),
-    [
-        ({"seed": 4}, "seed is 3, not 4"),
-        ({"timestep": 0.04}, "timestep is 0.05, not 0.04"),
-        ({"duration": 20.0}, "duration is 10.0, not 20.0"),
-        ({"initial": {"x": 1.0}}, r"initial is \d+, not \d+"),
-        ({"replicas": 4}, "replicas is 3, not 4"),
-    ],
-)
-def test_a_checkpoint_of_another_task_is_refused(changes, named, tmp_path):
-    path = tmp_path / "run.checkpoint"
-    mm.simulate(mm.Disk(), checkpoint=path, **DISK)
-    with pytest.raises(ValueError, match=f"checkpoint = .* of another run: its {named}$"):
-        mm.simulate(mm.Disk(), checkpoint=path, **{**DISK, **changes})
-    with pytest.raises(ValueError, match=r"checkpoint = .*scene_fields"):
-        mm.simulate(mm.Disk(x=0.5), checkpoint=path, **DISK)
-
-
 def test_a_file_that_is_not_a_checkpoint_is_refused_and_kept(tmp_path):
     path = tmp_path / "notes.txt"
     path.write_text("not mine")
-    with pytest.raises(ValueError, match="the file is not a checkpoint"):
+    with refused("checkpoint"):
         mm.simulate(mm.Disk(), checkpoint=path, **DISK)
     assert path.read_text() == "not mine"
 
@@ -154,20 +136,9 @@ def test_a_checkpoint_that_cannot_be_saved_gives_a_warning(tmp_path, monkeypatch
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(checkpoints, "save", full)
-    with pytest.warns(UserWarning, match="cannot save .*; the previous checkpoint is kept"):
+    with pytest.warns(UserWarning, match="checkpoint is kept"):
         run = mm.simulate(mm.Disk(), checkpoint=tmp_path / "run.checkpoint", **DISK)
     assert run.identical(mm.simulate(mm.Disk(), **DISK))
-
-
-def test_a_folder_is_refused_as_checkpoint(tmp_path):
-    with pytest.raises(
-        ValueError, match=r"^checkpoint = .*: must be a regular file, or not exist yet$"
-    ):
-        mm.simulate(mm.Disk(), **DISK, checkpoint=tmp_path)
-    below_a_file = tmp_path / "file" / "run.checkpoint"
-    below_a_file.parent.touch()
-    with pytest.raises(ValueError, match=r"must be in an existing folder, and .*file is not one$"):
-        mm.simulate(mm.Disk(), **DISK, checkpoint=below_a_file)
 
 
 def cut(array):
@@ -205,22 +176,22 @@ def test_wrong_arrays_of_a_run_are_refused(scene, method, tmp_path):
     whole = mm.simulate(scene, checkpoint=path, **arguments)
     head, arrays = checkpoint_files.read(path)
 
-    def refused(new, message=r"must have the arrays|finite and in bounds", **told):
+    def rejected(new, words="must have the arrays|finite and in bounds", **told):
         checkpoint_files.write(path, head | told, new)
-        with pytest.raises(ValueError, match=f"checkpoint = .*run': .*({message})"):
+        with pytest.raises(mm.ArgumentError, match=f"^checkpoint = .*run': .*({words})"):
             mm.simulate(scene, checkpoint=path, **arguments)
 
     for name, array in arrays.items():
         for change in DAMAGES.values():
-            refused(arrays | {name: change(array)})
-        refused({k: v for k, v in arrays.items() if k != name})
-    refused(arrays | {"extra": np.zeros(1)})
-    refused({f"my_{name}": array for name, array in arrays.items()})
-    refused(dict(reversed(arrays.items())))
-    refused(arrays | {"engine_state": np.zeros((1, 3))})
-    refused(arrays, done=head["done"] - 1)
+            rejected(arrays | {name: change(array)})
+        rejected({k: v for k, v in arrays.items() if k != name})
+    rejected(arrays | {"extra": np.zeros(1)})
+    rejected({f"my_{name}": array for name, array in arrays.items()})
+    rejected(dict(reversed(arrays.items())))
+    rejected(arrays | {"engine_state": np.zeros((1, 3))})
+    rejected(arrays, done=head["done"] - 1)
     for number in (-1, head["done"] + 1, 2**70, True, 3.0, "3", None, [3]):
-        refused(arrays, "number of finished records", done=number)
+        rejected(arrays, "number of finished records", done=number)
     checkpoint_files.write(path, head, arrays)
     assert mm.simulate(scene, checkpoint=path, **arguments).identical(whole)
 
@@ -247,21 +218,21 @@ def test_wrong_arrays_of_an_ensemble_are_refused(tmp_path):
     head, arrays = checkpoint_files.read(path)
     assert head["done"] == 10
 
-    def refused(new, message=r"must have the arrays|finite and in bounds", **told):
+    def rejected(new, words="must have the arrays|finite and in bounds", **told):
         checkpoint_files.write(path, head | told, new)
-        with pytest.raises(ValueError, match=f"checkpoint = .*run': .*({message})"):
+        with pytest.raises(mm.ArgumentError, match=f"^checkpoint = .*run': .*({words})"):
             mm.ensemble(mm.Disk(), checkpoint=path, **MANY)
 
     for name, array in arrays.items():
         for kind, change in DAMAGES.items():
             integers = array.dtype == np.int64
             if not (integers and kind in ("nan", "inf", "integers")):
-                refused(arrays | {name: change(array)})
-        refused({k: v for k, v in arrays.items() if k != name})
-    refused(arrays | {"last": np.zeros((50, 8))}, done=0)
-    refused(arrays | {"sums": np.zeros((0, 0, 6))})
+                rejected(arrays | {name: change(array)})
+        rejected({k: v for k, v in arrays.items() if k != name})
+    rejected(arrays | {"last": np.zeros((50, 8))}, done=0)
+    rejected(arrays | {"sums": np.zeros((0, 0, 6))})
     for number in (-1, 11, 2**70, True, 3.0, "3", None):
-        refused(arrays, "number of finished records", done=number)
+        rejected(arrays, "number of finished records", done=number)
     bounds = "its {} must be finite and in bounds, and has the value {}"
     for name, index, value in [
         ("counts", (0, 2, 119), -1),
@@ -275,8 +246,8 @@ def test_wrong_arrays_of_an_ensemble_are_refused(tmp_path):
         ("sums", (0, 0, 0), -1.0),
         ("sums", (0, 1, 4), -1e-9),
     ]:
-        refused(changed(arrays, name, index, value), bounds.format(name, value))
-    refused(changed(arrays, "departure", 0, 6), "its departure must be", done=5)
+        rejected(changed(arrays, name, index, value), bounds.format(name, value))
+    rejected(changed(arrays, "departure", 0, 6), "its departure must be", done=5)
     checkpoint_files.write(path, head, arrays)
     assert mm.ensemble(mm.Disk(), checkpoint=path, **MANY).identical(whole)
 
@@ -315,30 +286,20 @@ def test_any_changed_byte_is_detected(small):
             spoiled[place] = other
             if spoiled != content:
                 small.path.write_bytes(spoiled)
-                with pytest.raises(ValueError, match=r"(is not a checkpoint|is damaged)"):
+                with refused("checkpoint") as told:
                     small.load()
+                assert "another run" not in told.value.allowed
 
 
 def test_any_changed_length_is_detected(small):
     content = small.path.read_bytes()
     for length in range(len(content)):
         small.path.write_bytes(content[:length])
-        with pytest.raises(ValueError, match=r"(is not a checkpoint|is damaged)"):
+        with refused("checkpoint") as told:
             small.load()
+        assert "another run" not in told.value.allowed
     small.path.write_bytes(content + b"\0")
-    with pytest.raises(ValueError, match="damaged: it is too short or too long"):
-        small.load()
-
-
-@pytest.mark.parametrize(
-    "task", [{"seed": 1, "more": 2}, {"seed": 1, "more": None}, {}, {"seed": 2}, {"speed": 1}]
-)
-def test_a_task_with_other_arguments_is_refused(small, task):
-    head, arrays = checkpoint_files.read(small.path)
-    checkpoint_files.write(small.path, head | {"task": task}, arrays)
-    with pytest.raises(
-        ValueError, match=r"checkpoint = .* of another run: its \w+ is \w+, not \w+$"
-    ):
+    with refused("checkpoint"):
         small.load()
 
 
@@ -373,20 +334,13 @@ def _deep(path):
 )
 def test_crafted_files_are_refused_with_a_message(small, craft):
     craft(small.path)
-    with pytest.raises(ValueError, match=r"checkpoint = .*small': (the |must have the arrays)"):
+    with refused("checkpoint"):
         small.load()
-
-
-def test_an_invalid_path_is_refused():
-    wrong: list[Any] = [7, b"run", "a\0b", ["run"]]
-    for path in wrong:
-        with pytest.raises(ValueError, match=r"checkpoint = .*: must be a path"):
-            mm.simulate(mm.Disk(), checkpoint=path, **DISK)
 
 
 def test_a_pipe_is_refused_as_checkpoint(tmp_path):
     """Opening a pipe would block forever."""
     path = tmp_path / "pipe"
     os.mkfifo(path)
-    with pytest.raises(ValueError, match="must be a regular file, or not exist yet"):
+    with refused("checkpoint"):
         mm.simulate(mm.Disk(), checkpoint=path, **DISK)

@@ -4,14 +4,14 @@ Statistical tests have fixed seeds; their bounds are those of the claim, or 4 st
 alarm rate 6e-5), and the standard error stands beside the measured value.
 """
 
-from typing import Any
-
 import numpy as np
 import pytest
+from refusals import refused
 from scipy import stats
 
 import magmotor as mm
 from magmotor import theory
+from magmotor.device import ENERGY_GREW
 from magmotor.noise import BrownianPath
 from magmotor.numerics.splittings import DISK
 
@@ -106,8 +106,7 @@ def test_a_step_beyond_the_alias_limit_gives_a_warning_with_the_limit():
     assert largest == pytest.approx(np.pi / 6 * np.sqrt(1.5 * 0.008), rel=1e-15, abs=0)  # 0
     arguments = {"method": "variational/euler", "duration": 1.0}
     mm.simulate(PAPER, timestep=0.999 * largest, **arguments)
-    message = r"timestep = 0.06: above 0.0574 = .*largest safe one"
-    with pytest.warns(UserWarning, match=message) as warned:
+    with pytest.warns(UserWarning, match=r"above 0\.0574 ") as warned:
         mm.simulate(PAPER, timestep=0.06, **arguments)
     assert warned[0].filename == __file__
 
@@ -402,58 +401,8 @@ def test_a_path_drives_runs_and_is_saved_with_them(tmp_path):
     assert run.attrs["seed"] == 9
     assert '"factor": 4' in run.attrs["path"]
     run.to_netcdf(tmp_path / "run.nc")
-    with pytest.raises(ValueError, match=r"path.timestep = 0.02: must equal the timestep, 0.01"):
+    with refused("path.timestep"):
         mm.simulate(PAPER, method="variational/euler", timestep=0.01, duration=1, path=path)
-
-
-def anything(value) -> Any:
-    """Return a value of a wrong type, which the type checker accepts."""
-    return value
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: mm.Disk(sigma=0), "sigma = 0: must be greater than 0$"),
-        (lambda: mm.Disk(friction=-0.1), "friction = -0.1: must be at least 0"),
-        (lambda: mm.Disk(friction=0.0), "friction = 0.0: must be positive with noise"),
-        (lambda: mm.Disk(noise=float("inf")), "noise = inf: must be a finite number"),
-        (lambda: mm.Disk(potential="symetric"), "potential = .*did you mean 'symmetric'"),
-        (lambda: mm.Disk(potential=anything(((1.0,),))), r"potential\[0\] = .*: must be a pair"),
-        (lambda: mm.Disk(potential=((1.0, np.nan),)), r"potential\[0\].b = nan: must be a finite"),
-        (lambda: mm.Disk(potential=anything(1.0)), r"potential = 1.0: must be one of symmetric"),
-        (lambda: mm.Disk(friction_ratio=-1), "friction_ratio = -1: must be at least 0"),
-        (lambda: mm.Disk(surface="ice"), "surface = 'ice': must be one of planar, plane"),
-        (lambda: mm.LangevinParticle(friction=-1), "friction = -1: must be at least 0"),
-        (lambda: mm.theory.gibbs(mm.Disk(noise=0.0), 3), "noise = 0.0: must be positive"),
-        (lambda: mm.theory.gibbs(mm.LangevinParticle(), 3, d=1.0), "d = 1.0: must be None"),
-    ],
-)
-def test_bad_scenes_are_named_with_value_and_bound(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()
-
-
-BAD_RUNS = [
-    (PAPER, {"timestep": 2.0}, r"timestep = 2.0: must be less than 1.881, the linear limit"),
-    (
-        mm.Disk(friction=1.0),
-        {"timestep": 0.7},
-        "timestep = 0.7: must be less than 0.6421, the linear limit",
-    ),
-    (PAPER, {"replicas": 0}, "replicas = 0: must be at least 1"),
-    (PAPER, {"initial": {"z": 1.0}}, "initial = 'z': must be one of x, v, theta, omega"),
-    (PAPER, {"initial": {"x": (1.0, 2.0)}}, r"initial\['x'\] = .* a finite number or 1 of them"),
-    (PAPER, {"initial": {"v": np.nan}}, r"initial\['v'\] contains nan: every value must be finite"),
-    (PAPER, {"method": "scipy/dop853"}, "method = 'scipy/dop853': must be one of variational"),
-]
-
-
-@pytest.mark.parametrize(("scene", "changes", "message"), BAD_RUNS, ids=[m for *_, m in BAD_RUNS])
-def test_bad_runs_are_rejected(scene, changes, message):
-    arguments = {"method": "variational/euler", "timestep": 0.01, "duration": 10.0} | changes
-    with pytest.raises(ValueError, match=message):
-        mm.simulate(scene, **arguments)
 
 
 @pytest.mark.parametrize("method", VARIATIONAL)
@@ -461,12 +410,13 @@ def test_aliased_flights_end_in_a_divergence(method):
     """Beyond the alias limit, d diffuses freely: the scheme has no invariant probability."""
     with (
         pytest.warns(UserWarning, match="aliased"),
-        pytest.raises(mm.SimulationDiverged, match="energy grew") as caught,
+        pytest.raises(mm.SimulationDiverged) as caught,
     ):
         mm.simulate(
             PAPER, method=method, timestep=1.5, duration=6e6, record_interval=1000, replicas=32
         )  # fmt: skip
     error = caught.value
+    assert error.reason == ENERGY_GREW
     assert error.dataset.sizes["time"] > 5  # 8 or more
     assert error.time == float(error.dataset.time[-1]) + 1500
     limit = 200 * theory.temperature(PAPER)

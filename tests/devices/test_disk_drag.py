@@ -1,9 +1,8 @@
 """Background drag on the sliding disk: against DOP853, matrix exponentials and exact laws."""
 
-import math
-
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import quad
 from scipy.linalg import expm, solve_continuous_lyapunov
 
@@ -244,7 +243,7 @@ def test_the_reduced_equation_in_a_potential_with_drag():
 
 def test_steps_and_guards_know_the_drag():
     fast = mm.Disk(drag=50.0)
-    with pytest.raises(ValueError, match=r"^timestep = 0\.05: must be less than 0\.0399"):
+    with refused("timestep"):
         mm.simulate(fast, method="variational/euler", timestep=0.05, duration=1.0)
     mm.simulate(fast, method="variational/baoab", timestep=0.05, duration=1.0)
     hot = mm.Disk(drag=0.1, drag_temperature=500.0)
@@ -256,20 +255,3 @@ def test_steps_and_guards_know_the_drag():
 def test_a_dataset_with_drag_is_made_again():
     run = mm.simulate(DRAG, method="variational/baoab", timestep=0.05, duration=5.0, seed=3)
     assert mm.rerun(run).equals(run)
-
-
-@pytest.mark.parametrize(("call", "message"), [
-    (lambda: mm.Disk(drag=-1), "drag = -1: must be at least 0"),
-    (lambda: mm.Disk(rotational_drag=math.inf), "rotational_drag = inf: must be"),
-    (lambda: mm.Disk(drag=0.1, surface="plane"), "drag = 0.1: must be zero when surface = 'plane'"),
-    (lambda: mm.Disk(noise=0, drag_temperature=1.0), "drag_temperature = 1.0: must be zero or"),
-    (lambda: theory.gibbs(DRAG, 10), "drag_temperature = 60.0: must be None or 125, the disk's kT"),
-    (lambda: theory.ReducedDisk(DRAG), "drag_temperature = 60.0: must be None or 125"),
-    (lambda: theory.position_density(DRAG, 0), "drag_temperature = 60.0: must be None or 125"),
-    (lambda: theory.flat_msd_from_gibbs(DRAG, 1), "drag_temperature = 60.0: must be None or 125"),
-    (lambda: theory.y_diffusion(WARM), "drag = 0.2: must be zero for this closed form"),
-    (lambda: theory.euler_slip_variance(WARM, 0.1), "drag = 0.2: must be zero for this"),
-])  # fmt: skip
-def test_mistakes(call, message):
-    with pytest.raises(ValueError, match=f"^{message}"):
-        call()

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import magmotor as mm
 from magmotor import theory
 from magmotor.common import files as whole_files
+from magmotor.device import ENERGY_GREW
 from magmotor.device import checkpoint as checkpoints
 from magmotor.devices.disk.ensemble import accumulators
 from magmotor.devices.disk.ensemble import run as ensembles
@@ -171,8 +173,12 @@ def press_ctrl_c():
     signal.raise_signal(signal.SIGINT)
 
 
+class Crash(Exception):
+    """An error that no code expects."""
+
+
 def crash():
-    raise RuntimeError("crash")
+    raise Crash
 
 
 def interrupt_after(monkeypatch, calls, event):
@@ -212,7 +218,7 @@ def test_a_crash_loses_only_the_samples_after_the_last_checkpoint(tmp_path, monk
     with monkeypatch.context() as patch:
         patch.setattr(checkpoints, "SECONDS_BETWEEN", 0.0)
         interrupt_after(patch, 30, crash)
-        with pytest.raises(RuntimeError, match="crash"):
+        with pytest.raises(Crash):
             mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     assert b'"done": 0,' not in path.read_bytes()[:5000]
     assert mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path).identical(whole)
@@ -231,9 +237,7 @@ def test_a_full_disk_keeps_the_previous_checkpoint(tmp_path, monkeypatch, whole)
 
     with monkeypatch.context() as patch:
         patch.setattr(whole_files.os, "fsync", full)
-        with pytest.warns(
-            UserWarning, match="No space left on device; the previous checkpoint is kept"
-        ):
+        with pytest.warns(UserWarning, match="checkpoint is kept"):
             run = mm.ensemble(WARM, **ARGUMENTS, trajectories=7, checkpoint=path)
     assert run.identical(whole)
     assert path.read_bytes() == before
@@ -243,11 +247,11 @@ def test_a_full_disk_keeps_the_previous_checkpoint(tmp_path, monkeypatch, whole)
 def test_a_checkpoint_of_another_task_is_refused(tmp_path):
     path = tmp_path / "run.ckpt"
     mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
-    with pytest.raises(ValueError, match=r"checkpoint = .* of another run: its seed is 2, not 3"):
+    with refused("checkpoint"):
         mm.ensemble(WARM, **{**ARGUMENTS, "seed": 3}, checkpoint=path)
     for content in (b"", b"not a checkpoint", path.read_bytes()[:200]):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="the file is not a checkpoint"):
+        with refused("checkpoint"):
             mm.ensemble(WARM, **ARGUMENTS, checkpoint=path)
 
 
@@ -288,43 +292,16 @@ def test_gibbs_states_are_stationary():
         assert (np.abs(chosen.mean_square - expected) < 4 * chosen.mean_square_error).all()
 
 
-BAD = [
-    ({"method": "scipy/dop853"}, "method = 'scipy/dop853': must be one of variational/euler"),
-    ({"method": "mujoco/baoab", "threads": 2}, "threads = 2: must be left out, since MuJoCo"),
-    ({"replicas": 0}, "replicas = 0: must be at least 1"),
-    ({"timestep": 0.0}, "timestep = 0.0: must be greater than 0"),
-    ({"threads": 0}, "threads = 0: must be at least 1"),
-    ({"trajectories": 151}, "trajectories = 151: must be at most 150, the number of replicas"),
-    ({"burn_in": 59.0}, "burn_in = 59.0: must be at most 58"),
-    ({"burn_in": -1.0}, "burn_in = -1.0: must be at least 0"),
-    ({"sample_interval": 0}, "sample_interval = 0: must be at least 1"),
-    ({"duration": 1.0}, "duration = 1.0: must be at least 2"),
-    ({"timestep": 3.0, "duration": 1e3}, "timestep = 3.0: must be less than 2"),
-    ({"seed": -1}, "seed = -1: must be at least 0"),
-    ({"initial": {"x": [1.0, 2.0]}}, r"initial\['x'\] = .*: must be a finite number or 150"),
-]
-
-
-@pytest.mark.parametrize(("changes", "message"), BAD, ids=[m for _, m in BAD])
-def test_bad_input_is_named_with_value_and_bound(changes, message):
-    with pytest.raises(ValueError, match=message):
-        mm.ensemble(WARM, **(ARGUMENTS | changes))
-
-
-def test_an_ensemble_needs_noise():
-    with pytest.raises(ValueError, match=r"noise = 0.0: must be positive"):
-        mm.ensemble(mm.Disk(noise=0.0), **ARGUMENTS)
-
-
 def test_a_diverging_ensemble_raises_with_its_records():
     with (
         pytest.warns(UserWarning, match="aliased"),
-        pytest.raises(mm.SimulationDiverged, match="energy grew") as caught,
+        pytest.raises(mm.SimulationDiverged) as caught,
     ):
         mm.ensemble(
             mm.Disk(), method="variational/euler", timestep=1.5, duration=1e6, replicas=100,
             sample_interval=100,
         )  # fmt: skip
+    assert caught.value.reason == ENERGY_GREW
     assert caught.value.dataset.sizes["time"] > 3
     assert 0 < caught.value.time < 1e6
 
@@ -346,5 +323,3 @@ def test_a_cold_state_is_drawn_from_an_asymmetric_well(noise):
     x = np.sort(mm.theory.gibbs(scene, 2000, seed=1)["x"])
     reached = np.abs(theory.position_cdf(scene, x) - np.arange(2000) / 2000).max()
     assert reached < 0.044  # 0.019, 0.013; one in a thousand draws is beyond
-    with pytest.raises(ValueError, match=r"noise = 1e-05: must be so large that beta max|U''|"):
-        mm.theory.gibbs(scene.replace(noise=1e-5), 1)

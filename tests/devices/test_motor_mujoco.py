@@ -306,8 +306,9 @@ def test_the_plane_model_follows_the_planar_one():
 @pytest.mark.parametrize("surface", ["planar", "plane"])
 def test_a_lost_ring_ends_the_run(surface):
     scene = mm.Motor(temperature="nonuniform", alpha_ring=0.02, surface=surface)
-    with pytest.raises(mm.PhysicalEvent, match="the inner ring is lost") as caught:
+    with pytest.raises(mm.PhysicalEvent) as caught:
         mm.simulate(scene, **EULER, duration=2000, seed=1)
+    assert caught.value.event == "ring tipped"
     run = caught.value.dataset
     assert (
         1 < caught.value.time == pytest.approx(float(run.time[-1]) + 0.025, rel=1e-15, abs=0)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
@@ -53,7 +54,7 @@ def test_azimuth_is_unwrapped_and_rejects_ambiguous_steps():
     assert found.attrs["units"] == "rad"
     np.testing.assert_allclose(found, theta, rtol=5e-15)  # 2e-16
     np.testing.assert_allclose(azimuth(path_of(theta[0])), theta[0], rtol=1e-15)  # 0
-    with pytest.raises(ValueError, match=r"largest rotation between two records = 1\.6: must be"):
+    with refused("largest rotation between two records"):
         azimuth(path_of(np.array([0.0, 1.6])))
 
 

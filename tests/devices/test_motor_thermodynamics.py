@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pairwise import pairwise
+from refusals import refused
 
 import magmotor as mm
 from magmotor.devices.motor.theory import euler_slip_overheating
@@ -191,9 +192,6 @@ def test_the_mean_work_of_the_noise_is_that_of_theory():
     assert abs(mean) < 5 * error < 0.1  # 2.4 errors; 0.025
 
 
-BROKEN = r"euler has added .* of the heat, so that the first law does not hold"
-
-
 def test_euler_at_a_long_timestep_breaks_the_first_law():
     """The energy of Euler's own steps, 19 % of the heat by 4.6 errors of 24 replicas, and 7 %.
 
@@ -201,9 +199,7 @@ def test_euler_at_a_long_timestep_breaks_the_first_law():
     """
     run: dict[str, Any] = {"duration": 2e3, "replicas": 24, "seed": 4}
     scene = coupled(1e-3, 4e-3)
-    with pytest.warns(
-        UserWarning, match="timestep = 0.8: .* 19% of the heat.* first law"
-    ) as caught:
+    with pytest.warns(UserWarning, match=" 19% of the heat") as caught:
         mm.simulate(scene, method="variational/euler", timestep=0.8, record_interval=125, **run)
     assert caught[0].filename == __file__
     mm.simulate(scene, method="variational/euler", timestep=0.4, record_interval=250, **run)
@@ -225,7 +221,7 @@ def test_the_first_law_of_a_single_run_is_judged_by_its_parts_in_time():
     """
     run: dict[str, Any] = {"method": "variational/euler", "timestep": 0.8, "duration": 1e6}
     scene = coupled(1e-3, 4e-3)
-    with pytest.warns(UserWarning, match=BROKEN):
+    with pytest.warns(UserWarning, match="first law"):
         mm.simulate(scene, record_interval=6250, seed=3, **run)
     mm.simulate(scene, record_interval=6250, seed=0, **run)
 
@@ -238,7 +234,7 @@ def test_the_first_law_counts_the_work_of_a_load(torque):
     """
     run: dict[str, Any] = {"duration": 2e3, "replicas": 24, "seed": 4}
     scene = coupled(1e-3, 4e-3, load_torque=torque)
-    with pytest.warns(UserWarning, match=BROKEN):
+    with pytest.warns(UserWarning, match="first law"):
         mm.simulate(scene, method="variational/euler", timestep=0.8, **run)
     mm.simulate(scene, method="variational/baoab", timestep=0.4, **run)
 
@@ -250,7 +246,7 @@ def test_a_load_whose_work_is_ambiguous_is_not_judged():
         scene, method="variational/euler", timestep=0.8, duration=2e3, replicas=24, seed=4,
         record_interval=125,
     )  # fmt: skip
-    with pytest.raises(ValueError, match="largest rotation between two records"):
+    with refused("largest rotation between two records"):
         mm.observables.energy_balance(run)
 
 
@@ -267,7 +263,7 @@ def test_heat_that_is_a_small_part_of_the_energy_is_judged_too():
     """By 7.9 errors of 64 replicas from rest, 1.5e-6 of the energy and 16 % of the heat."""
     cold = coupled(0.0, 0.0)
     rest = mm.simulate(cold, method="variational/baoab", timestep=0.8, duration=2e4)
-    with pytest.warns(UserWarning, match=BROKEN):
+    with pytest.warns(UserWarning, match="first law"):
         mm.simulate(
             coupled(1e-5, 4e-5), method="variational/euler", timestep=0.8, duration=400.0,
             replicas=64, record_interval=50, seed=4, initial=rest,
@@ -356,8 +352,9 @@ def test_with_si_moments_the_ball_never_leaves_its_first_well():
 def lost_run(method, seed):
     """Return the records until the ring of the paper's hottest nonuniform run is lost."""
     scene = mm.Motor.paper("nonuniform-c")
-    with pytest.raises(mm.PhysicalEvent, match="the inner ring is lost: it is tilted") as end:
+    with pytest.raises(mm.PhysicalEvent) as end:
         mm.simulate(scene, method=method, timestep=0.1, duration=5e5, record_interval=10, seed=seed)
+    assert end.value.event == "ring tipped"
     run = end.value.dataset
     assert run.time[-1] == pytest.approx(end.value.time - 1, rel=1e-15, abs=0)  # 0
     assert mm.observables.ring_attitude(run).tilt.max() < np.radians(20)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
@@ -65,17 +66,18 @@ def test_integrators_converge_to_the_equation_with_a_load(method, largest):
 
 def test_a_load_that_no_well_holds_ends_the_run():
     scene = mm.Motor(**QUIET, load_torque=1e-4)
-    with pytest.raises(mm.PhysicalEvent, match=r"the ball is .* m from the center, beyond 1.47 m"):
+    with pytest.raises(mm.PhysicalEvent) as stop:
         mm.simulate(scene, method="variational/middle", timestep=0.1, duration=1000.0)
+    assert stop.value.event == "ball rolled off"
+    assert 1.46 < np.hypot(*stop.value.dataset.position.values[-1, :2]) < 1.47
 
 
 def test_mujoco_has_no_load():
     scene = mm.Motor(load_torque=TORQUE)
     assert not [name for name in mm.methods(scene) if name.startswith("mujoco")]
-    with pytest.raises(ValueError, match="load_torque = 1e-06: must be zero in MuJoCo"):
+    with refused("load_torque"):
         mm.build(scene)
-    cannot = "method = 'mujoco/baoab': cannot have load_torque = 1e-06: must be one of variational/"
-    with pytest.raises(ValueError, match=cannot):
+    with refused("method"):
         mm.simulate(scene, method="mujoco/baoab", timestep=0.1, duration=10)
 
 

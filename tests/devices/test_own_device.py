@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
+from refusals import refused
 
 import magmotor as mm
 from magmotor.device import ENERGY_GREW, Device, Scene, register
@@ -20,13 +21,6 @@ from magmotor.device.provenance import attributes_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 REFERENCE = {"method": "variational/baoab", "timestep": 0.01, "duration": 2.0}
-
-KINDS = {
-    "variational": "variational/baoab",
-    "mujoco": "mujoco/baoab",
-    "ode": "scipy/dop853",
-}
-"""The method that each part of a device makes possible."""
 
 
 def test_its_integrator_and_mujoco_follow_one_brownian_path(rotor):
@@ -61,7 +55,7 @@ def test_its_ensemble_is_the_mean_of_its_runs(rotor):
         np.testing.assert_array_equal(one["mean"], run[name].mean("replica"))
         deviation = run[name].std("replica", ddof=1) / np.sqrt(5)
         np.testing.assert_allclose(one.mean_error, deviation, rtol=1e-14, atol=0)  # 0 here
-    with pytest.raises(ValueError, match=r"burn_in = 1\.0: must be left out: ensembles of a Rotor"):
+    with refused("burn_in"):
         mm.ensemble(scene, **REFERENCE, replicas=5, burn_in=1.0)
 
 
@@ -72,7 +66,7 @@ def test_an_ensemble_counts_heat_from_the_start_and_is_reproduced(rotor):
     np.testing.assert_array_equal(found["mean"].sel(quantity="heat"), run.heat.mean("replica"))
     assert mm.rerun(found).identical(found)
     own = mm.ensemble(rotor.Rotor(), **REFERENCE, replicas=2, initial={"theta": 0.5})
-    with pytest.raises(ValueError, match="initial"):
+    with refused("initial"):
         mm.rerun(own)
 
 
@@ -218,18 +212,9 @@ def test_its_guard_finds_states_with_too_much_energy(warmth, most, rotor):
 def test_an_unstable_run_of_it_ends(rotor):
     scene = rotor.Rotor(kT=0.0)
     arguments = {**REFERENCE, "timestep": 0.5, "duration": 50.0}
-    with pytest.raises(mm.SimulationDiverged, match=ENERGY_GREW):
+    with pytest.raises(mm.SimulationDiverged) as stop:
         mm.simulate(scene, **arguments, allow_unstable=True)
-
-
-def test_missing_features_are_named(rotor):
-    scene = rotor.Rotor()
-    with pytest.raises(ValueError, match=r"timestep = 0\.3: must be less than"):
-        mm.simulate(scene, method="mujoco/euler", timestep=0.3, duration=3.0)
-    with pytest.raises(ValueError, match="the charts have no "):
-        mm.recommend(scene)
-    with pytest.raises(ValueError, match="a Rotor has no energy balance"):
-        mm.observables.energy_balance(mm.simulate(scene, **REFERENCE))
+    assert stop.value.reason == ENERGY_GREW
 
 
 def test_its_module_registers_it(rotor):
@@ -271,78 +256,24 @@ def test_an_ensemble_of_its_own_is_reproduced_at_its_times(rotor, monkeypatch):
     monkeypatch.setattr(device, "ensemble", lambda self, scene: own)
     found = mm.ensemble(rotor.Rotor(), **REFERENCE, replicas=3, sample_interval=10)
     np.testing.assert_allclose(found.time, [0.1, 0.2, 0.4, 0.8, 1.6], rtol=1e-14, atol=0)  # 0
-    with pytest.raises(ValueError, match=r"dimensions = .*angle_bin.*: must be those of one run"):
+    with refused("dimensions"):
         mm.rerun(found)
     monkeypatch.setattr(device, "ensemble_dimensions", frozenset({"angle_bin"}))
-    with pytest.raises(ValueError, match=r"time = .*: must be the times of a run's records"):
+    with refused("time"):
         mm.rerun(found)
     monkeypatch.setattr(device, "ensemble_times", times)
     assert mm.rerun(found).identical(found)
-    with pytest.raises(ValueError, match=r"time = .*: must be the times of a run's records"):
+    with refused("time"):
         mm.rerun(found.isel(time=slice(1, None)))
-
-
-@pytest.mark.parametrize(
-    ("missing", "line"),
-    [
-        ("variational", r"method = 'variational/\.\.\.': a Rotor needs RotorDevice\.variational, "),
-        ("mujoco", r"method = 'mujoco/baoab': a Rotor needs RotorDevice\.mujoco, which is missing"),
-        ("ode", r"method = 'scipy/dop853': a Rotor needs RotorDevice\.ode, which is missing"),
-        ("joints", r"scene = Rotor\(.*\): a Rotor needs RotorDevice\.joints, which is missing"),
-    ],
-)
-def test_what_a_device_does_not_define_is_named(rotor, monkeypatch, tmp_path, missing, line):
-    scene, device = rotor.Rotor(), rotor.RotorDevice
-    run = mm.simulate(scene, **REFERENCE)
-    monkeypatch.setattr(device, missing, getattr(Device, missing))
-    monkeypatch.setattr(device, "methods", lambda self, scene: tuple(KINDS.values()))
-    monkeypatch.setattr(device, "check_run", lambda *_: None)
-
-    def use():
-        if missing == "joints":
-            mm.render.movie(run, scene, tmp_path / "rotor.mp4")
-        else:
-            mm.simulate(scene, **{**REFERENCE, "method": KINDS[missing]})
-
-    with pytest.raises(ValueError, match=line):
-        use()
-    assert not any(tmp_path.iterdir())
 
 
 def test_replicas_without_noise_are_rejected(rotor):
     cold = rotor.Rotor(kT=0.0)
-    with pytest.raises(ValueError, match=r"replicas = 3: must be None: without noise \(kT = 0\)"):
+    with refused("replicas"):
         mm.simulate(cold, **REFERENCE, replicas=3)
-    with pytest.raises(ValueError, match=r"replicas = 2: must be None: without noise"):
+    with refused("replicas"):
         mm.ensemble(cold, **REFERENCE, replicas=2)
-    with pytest.raises(ValueError, match=r"replicas = 0: must be at least 1"):
-        mm.simulate(rotor.Rotor(), **REFERENCE, replicas=0)
     assert float(mm.simulate(cold, **REFERENCE).theta[0]) == cold.angle
-
-
-@pytest.mark.parametrize(
-    ("part", "line"),
-    [
-        (
-            {"theta": np.nan},
-            r"initial\['theta'\] contains nan: every value must be finite and at",
-        ),
-        ({"omega": [0, 1e31]}, r"initial\['omega'\] contains 1e\+31: .* at most 1e\+30"),
-        ({"theta": "north"}, r"initial\['theta'\] = 'north': must be an array of numbers"),
-        (
-            {"omega": [1, 2, 3]},
-            r"initial\['omega'\] = \[1, 2, 3\]: must be a finite number or 2",
-        ),
-        (
-            {"theta": [[1, 2]]},
-            r"initial\['theta'\] = \[\[1, 2\]\]: must be a finite number or 2",
-        ),
-        ({"phi": 1}, r"initial = 'phi': must be one of theta, omega"),
-    ],
-)
-def test_a_wrong_initial_state_is_named(rotor, part, line):
-    with pytest.raises(ValueError, match=f"^{line}"):
-        mm.simulate(rotor.Rotor(), **REFERENCE, replicas=2, initial=part)
 
 
 def test_it_is_one_file_that_imports_only_what_is_public(tmp_path):
@@ -364,7 +295,7 @@ def test_it_is_one_file_that_imports_only_what_is_public(tmp_path):
 
 def test_two_scene_classes_of_one_name_are_rejected(rotor):
     other = type("Rotor", (Scene,), {"__module__": "elsewhere"})
-    with pytest.raises(ValueError, match=r"name of the scene class = 'Rotor': .* has registered"):
+    with refused("name of the scene class"):
         register(rotor.Rotor().device, other)
     assert protocol.SCENES["Rotor"] is rotor.Rotor
     assert isinstance(rotor.Rotor().device, Device)

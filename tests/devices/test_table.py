@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from brief_runs import BRIEF
+from refusals import refused
 
 import magmotor as mm
 from magmotor.common.optional import MissingExtra
@@ -136,21 +137,10 @@ def test_numbers_and_units_are_kept_in_parquet(tmp_path, motors):
     assert read.attrs == table.attrs
 
 
-def test_what_cannot_be_a_table_is_named(tmp_path, top, monkeypatch):
-    with pytest.raises(ValueError, match=r"^data = \{\}: must have variables"):
-        mm.to_table(xr.Dataset())
-    with pytest.raises(ValueError, match=r"^rows = 'space': must be one of time"):
-        mm.to_table(top, rows=["space"])
-    with pytest.raises(ValueError, match=r"^data = .*: must have at least one time"):
-        mm.to_table(top.isel(time=slice(0)))
-    twice = top.assign(position_x=top.energy)
-    with pytest.raises(ValueError, match=r"^data = 'position_x': must be the name of one column"):
-        mm.to_table(twice)
-    with pytest.raises(ValueError, match=r"run.txt'?: must end in .csv or .parquet"):
+def test_what_cannot_be_written_leaves_no_file(tmp_path, top, monkeypatch):
+    with refused("path"):
         write_table(mm.to_table(top), tmp_path / "run.txt")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(
-        MissingExtra, match=r'pyarrow is not installed: pip install "magmotor\[parq'
-    ):
+    with pytest.raises(MissingExtra):
         write_table(mm.to_table(top), tmp_path / "run.parquet")
     assert not [*tmp_path.iterdir()]

@@ -93,7 +93,7 @@ def written(words: str) -> list[str]:
 
 def main() -> None:
     """Run the program."""
-    sys.path.insert(0, str(FOLDER))
+    sys.path[:0] = map(str, (FOLDER, FOLDER.parent, FOLDER.parents[1]))
     for table in sys.argv[1:] or TABLES:
         path = FOLDER / f"{table}.py"
         lines = path.read_text(encoding="utf-8").splitlines()

@@ -55,10 +55,3 @@ def test_few_durations_which_may_all_be_censored_in_a_draw():
     assert 0.1 < found.p_value < 1  # 0.53
     assert 0 < found.power["gamma"] < 0.05  # 0.006
     assert np.isnan(squared_variation([1.0, 2.0], [True, True]))
-
-
-def test_invalid_durations_are_rejected():
-    with pytest.raises(ValueError, match="number of durations completed = 1: must be at least"):
-        exponential_test([1.0, 2.0], [False, True], [3.0, 3.0], {})
-    with pytest.raises(ValueError, match=r"largest duration over its limit = 2\.0: must be at"):
-        exponential_test([1.0, 2.0], [False, False], [3.0, 1.0], {})

@@ -154,12 +154,6 @@ def test_claims_are_judged_kept_and_counted(tmp_path):
     assert summary(claims[:1]) == "1 claim of the paper: 1 right."
 
 
-@pytest.mark.parametrize(("verdict", "repeats"), [(None, ""), ("right", "other")])
-def test_a_claim_has_a_verdict_or_another_figure_has_it(verdict, repeats):
-    with pytest.raises(ValueError, match="it must have one of them"):
-        Claim("a", "1", verdict, (), repeats)
-
-
 def test_a_figure_is_made_by_name_and_published(run_script, tmp_path, monkeypatch):
     monkeypatch.setattr(importlib.import_module("figures"), "DOCS", tmp_path / "docs")
     code, said, errors = run_script("figures", CHEAP, "--out", tmp_path / "out")

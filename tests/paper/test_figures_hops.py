@@ -55,18 +55,6 @@ def test_rate_and_memory_of_rotors():
     assert found.memory == pytest.approx(MEMORY, rel=0.06)  # 0.025
 
 
-@pytest.mark.parametrize(
-    ("times", "sentence"),
-    [
-        ([0.0, 2.0, 2.0], "smallest step of times = 0.0: must be greater than 0 s"),
-        ([0.0, 2.0, 1.0], "smallest step of times = -1.0: must be greater than 0 s"),
-    ],
-)
-def test_times_of_a_rotor_increase(times, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        rotor(RATE, MEMORY, times, 1, 0)
-
-
 def energy_in_the_valley(lean, azimuth):
     """Return the minimum of -m |B| over the radius, by a sum over dipoles."""
     axis = np.array([*lean, math.sqrt(1 - lean[0] ** 2 - lean[1] ** 2)])

@@ -64,12 +64,6 @@ def test_no_direction_of_the_axis_exceeds_the_largest_lift():
     assert np.all(lifts > 0.97 * bound)  # 0.99: one of 2000 is near the best
 
 
-@pytest.mark.parametrize("function", [lift_map, largest_lift_map, held_axis])
-def test_a_point_that_is_not_a_number_is_an_error(function):
-    with pytest.raises(ValueError, match="points contains nan"):
-        function(mm.Top(), np.array([[0.01, np.nan]]))
-
-
 def test_at_the_critical_height_the_largest_lift_is_one():
     scene = mm.Top()
     at = largest_lift(scene.replace(ring_height=critical_height(scene)))

@@ -36,9 +36,3 @@ def test_a_ball_that_slides_has_the_inertia_of_its_mass(slippery, monkeypatch):
         found = turning_tilt.largest_lag(tilt, ball)
         predicted = turning_tilt.predicted_lag.__wrapped__(seconds)
         assert predicted == pytest.approx(found, rel=0.2)  # 0.12
-
-
-def test_a_turning_tilt_sets_position_axis_and_script():
-    for field, value in (("position", (0.1, 0.0)), ("axis", (0, 0, 1)), ("ring_script", ())):
-        with pytest.raises(ValueError, match=f"{field} = .*: must not be given"):
-            mm.Top.turning(60.0, **{field: value})

@@ -1,11 +1,10 @@
-"""Mistakes that new users make: each is one sentence that says what to do."""
+"""Mistakes that new users make: what is said beside the sentences in tests/messages."""
 
 import os
 import re
 import subprocess
 import sys
 import warnings
-from functools import cache
 from pathlib import Path
 
 import mujoco
@@ -14,127 +13,6 @@ import pytest
 import magmotor as mm
 from magmotor.common import environment
 from magmotor.common.checks import did_you_mean
-
-QUICK = {"duration": 1.0, "method": "mujoco/euler", "timestep": 0.05}
-
-
-@cache
-def top_run():
-    return mm.simulate(mm.Top(), **QUICK)
-
-
-def spin(run, scene):
-    """Measure that a user has written."""
-    return float(abs(run.momentum_map).max())
-
-
-def of_script(run, scene):
-    """Measure in the file that is run."""
-
-
-of_script.__module__ = "__main__"
-
-
-def plan(measure):
-    return mm.sweep.Sweep(scene=mm.Top(), vary={"tilt": [0.02]}, measure=measure, **QUICK)
-
-
-def call(function, *arguments, **named):
-    """Return a call, hidden from pyright, which knows that it is wrong."""
-    return lambda: function(*(a() if a is top_run else a for a in arguments), **named)
-
-
-MISTAKES = {
-    "a function as a measure": (
-        call(plan, [spin]),
-        "a function is named by 'module:function': write 'test_mistakes:spin'",
-    ),
-    "a function instead of measures": (call(plan, spin), "write 'test_mistakes:spin'"),
-    "a function of the script as a measure": (
-        call(plan, [of_script]),
-        "since workers do not run this one, and write 'measures:of_script'",
-    ),
-    "the name of a function of the script": (
-        call(plan, ["__main__:spin"]),
-        "measure = '__main__:spin': put it into a file of its own",
-    ),
-    "one measure instead of a list": (
-        call(plan, "max_spin"),
-        "measure = 'max_spin': must be a list of names: write ['max_spin']",
-    ),
-    "a measure that is nearly right": (call(plan, ["maxspin"]), "(did you mean 'max_spin'?)"),
-    "an ensemble of a top": (
-        call(mm.ensemble, mm.Top()),
-        "scene = Top(...): a Top has no noise, and all replicas would be the same: use simulate",
-    ),
-    "an ensemble of a motor and nothing else": (
-        call(mm.ensemble, mm.Motor()),
-        "ensemble() needs method=..., timestep=..., duration=... and replicas=...",
-    ),
-    "a run without duration": (call(mm.simulate, mm.Top()), "simulate() needs duration=..."),
-    "a duration without its name": (
-        call(mm.simulate, mm.Top(), 60),
-        "simulate() takes scene and was given 2 values; name the others, as in method=...",
-    ),
-    "an argument that is nearly right": (
-        call(mm.simulate, mm.Top(), durations=60),
-        "simulate() has no argument 'durations' (did you mean 'duration'?)",
-    ),
-    "flights of a top": (
-        call(mm.observables.flights, top_run),
-        "run is of a Top: must be of a Motor",
-    ),
-    "the scene of another class": (
-        call(mm.plots.overview, top_run, mm.Motor(), "o.png"),
-        "scene = Motor(...): must be the scene of the run, a Top, or None for that scene",
-    ),
-    "another scene of the same class": (
-        call(mm.observables.momentum_balance, top_run, mm.Top(friction=0.2)),
-        "scene.friction = 0.2: must be 0.3, as in the run",
-    ),
-    "the scene and the run of a movie in the wrong order": (
-        call(mm.render.movie, mm.Top(), top_run, "top.mp4"),
-        "run = Top(...): must be the dataset, and `scene` its scene: exchange these two arguments",
-    ),
-    "a checkpoint of a run in a missing folder": (
-        call(mm.simulate, mm.Top(), **QUICK, checkpoint="missing/run.checkpoint"),
-        "checkpoint = 'missing/run.checkpoint': must be in an existing folder",
-    ),
-    "a checkpoint of an ensemble in a missing folder": (
-        call(
-            mm.ensemble, mm.Disk(), method="variational/baoab", timestep=0.05, duration=5.0,
-            replicas=2, checkpoint="missing/run.checkpoint",
-        ),
-        "checkpoint = 'missing/run.checkpoint': must be in an existing folder",
-    ),
-    "a method without its engine": (
-        call(mm.simulate, mm.Top(), duration=1.0, timestep=0.1, method="rk4"),
-        "scipy/dop853 (did you mean 'mujoco/rk4'?)",
-    ),
-    "a scene class that is nearly right": (
-        call(getattr, mm, "Tops"),
-        "module 'magmotor' has no attribute 'Tops' (did you mean 'Top'?)",
-    ),
-    "degrees": (
-        call(mm.Top, tilt=10),
-        "tilt = 10: must be less than 1.5708 rad (10 degrees are 0.1745 rad)",
-    ),
-    "a percentage": (
-        call(mm.recommend, mm.Top(), error=1),
-        "error = 1: must be less than 1 (a fraction: 0.01 is 1 %)",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_one_sentence(mistake, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    wrong, said = MISTAKES[mistake]
-    with pytest.raises((ValueError, TypeError, AttributeError), match=re.escape(said)) as error:
-        wrong()
-    text = str(error.value)
-    assert "\n" not in text
-    assert not [*tmp_path.iterdir()]
 
 
 @pytest.mark.parametrize(
@@ -149,11 +27,6 @@ def test_a_mistake_is_one_sentence(mistake, tmp_path, monkeypatch):
 )
 def test_what_a_wrong_name_may_mean(name, choices, hint):
     assert did_you_mean(name, choices) == (f" (did you mean {hint}?)" if hint else "")
-
-
-def test_degrees_are_suggested_only_where_they_would_be_allowed():
-    with pytest.raises(ValueError, match=r"must be less than 1\.5708 rad$"):
-        mm.Top(tilt=100)
 
 
 def test_magnetism_without_a_block_is_a_warning():
@@ -219,7 +92,8 @@ def test_mujoco_before_magmotor_is_named_where_opengl_is_missing(monkeypatch):
     ],
 )
 def test_an_interrupt_says_when_and_how_to_go_on(checkpoint, how):
-    stop = mm.SimulationInterrupted(top_run(), checkpoint)
+    run = mm.simulate(mm.Top(), duration=1.0, method="mujoco/euler", timestep=0.05)
+    stop = mm.SimulationInterrupted(run, checkpoint)
     assert str(stop) == f"interrupted at t = 1 s: {how}"
     assert (stop.time, stop.checkpoint) == (1.0, checkpoint)
 

@@ -9,6 +9,7 @@ import mediapy
 import mujoco
 import numpy as np
 import pytest
+from refusals import refused
 
 import magmotor as mm
 from magmotor.devices.ball.coordinates import BallCoordinates
@@ -157,61 +158,47 @@ def test_the_rings_ball_and_trail_of_the_motor_are_visible(opengl, motor_run):
 
 def test_what_cannot_be_filmed_is_named(motor_run, tmp_path):
     replicas = motor_run.expand_dims(replica=2)
-    with pytest.raises(ValueError, match=r"replicas = 2: select one: run.isel\(replica=0\)"):
+    with refused("replicas"):
         mm.render.still(replicas, mm.Motor(), tmp_path / "motor.png", 1.0)
-    with pytest.raises(ValueError, match=r"scene = Disk.*: must be the scene of the run, a Motor"):
+    with refused("scene"):
         mm.render.still(motor_run, cast(Any, mm.Disk()), tmp_path / "disk.png", 1.0)
     assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
-    ("near", "line"),
-    [
-        ("front", "RotorMovieContent.near = 'front': must be another camera than that of the main"),
-        ("side", "camera = 'side': the model of a Rotor must have this camera"),
-    ],
+    ("near", "argument"), [("front", "RotorMovieContent.near"), ("side", "camera")]
 )
-def test_a_camera_that_is_missing_or_shown_twice_is_named(rotor, monkeypatch, tmp_path, near, line):
+def test_a_camera_that_is_missing_or_shown_twice_is_named(
+    rotor, monkeypatch, tmp_path, near, argument
+):
     run = mm.simulate(rotor.Rotor(), method="variational/baoab", timestep=0.01, duration=0.1)
     monkeypatch.setattr(rotor.RotorMovieContent, "near", near)
-    with pytest.raises(ValueError, match=line):
+    with refused(argument):
         mm.render.movie(run, None, tmp_path / "rotor.mp4")
-    with pytest.raises(ValueError, match=line):
+    with refused(argument):
         mm.render.still(run, None, tmp_path / "rotor.png", 0.05)
     assert not any(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
-    ("name", "options", "line"),
+    ("name", "options", "argument"),
     [
-        (
-            "top.avi",
-            {},
-            r"path = .*top.avi'\): must be a file name that ends in .mp4 or .webm or .gif",
-        ),
-        ("top", {}, r"path = .*top'\): must be a file name that ends in .mp4 or .webm or .gif"),
-        ("missing/top.mp4", {}, r"path = .*top.mp4'\): must be in an existing directory"),
-        ("top.mp4", {"size": (641, 360)}, r"size = \(641, 360\): must be \(width, height\), even"),
-        (
-            "top.mp4",
-            {"size": (200, 100)},
-            r"size = \(200, 100\): must be .* from 320 x 180 to 3840",
-        ),
-        ("top.mp4", {"size": 720}, "size = 720: must be"),
-        ("top.mp4", {"fps": 0}, "fps = 0: must be at least 1"),
-        ("top.mp4", {"speed": 1e-6}, "speed = 1e-06: must be large enough for a movie of at most"),
-        (
-            "top.gif",
-            {"speed": 0.01},
-            "path = .*top.gif': a GIF of 640 x 360 pixels can have 1165 fr",
-        ),
+        ("top.avi", {}, "path"),
+        ("top", {}, "path"),
+        ("missing/top.mp4", {}, "path"),
+        ("top.mp4", {"size": (641, 360)}, "size"),
+        ("top.mp4", {"size": (200, 100)}, "size"),
+        ("top.mp4", {"size": 720}, "size"),
+        ("top.mp4", {"fps": 0}, "fps"),
+        ("top.mp4", {"speed": 1e-6}, "speed"),
+        ("top.gif", {"speed": 0.01}, "path"),
     ],
 )
 def test_a_movie_that_cannot_be_written_is_refused_before_rendering(
-    run, monkeypatch, tmp_path, name, options, line
+    run, monkeypatch, tmp_path, name, options, argument
 ):
     monkeypatch.setattr(Frames, "__enter__", None)
-    with pytest.raises(ValueError, match=line):
+    with refused(argument):
         mm.render.movie(run, mm.Top(), tmp_path / name, **options)
     assert not any(tmp_path.iterdir())
 
@@ -336,9 +323,9 @@ def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
 
 def test_a_run_without_orientation_cannot_be_filmed(tmp_path):
     run = mm.simulate(mm.Top(), method="scipy/dop853", timestep=0.1, duration=1)
-    with pytest.raises(ValueError, match=r"method = 'scipy/dop853': must be mujoco/\* or var"):
+    with refused("method"):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4")
-    with pytest.raises(ValueError, match="speed = 0: must be greater than 0"):
+    with refused("speed"):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4", speed=0)
     assert not any(tmp_path.iterdir())
 

@@ -3,11 +3,12 @@
 import json
 import tracemalloc
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from refusals import refused
 from scipy.stats import qmc
 from sweep_driver import contents
 
@@ -242,7 +243,7 @@ def test_a_run_that_diverges_keeps_its_records(tmp_path, here):
         method="variational/verlet",
         timestep=0.005,
     )
-    with pytest.raises(mm.sweep.SweepFailed, match=r"all 2 cases .*failed, .*stopped at"):
+    with pytest.raises(mm.sweep.SweepFailed):
         mm.sweep.run(sweep, tmp_path / "s", executor=here)
     kept = [xr.load_dataset(path) for path in (tmp_path / "s" / "failed").glob("*.nc")]
     assert {json.loads(run.attrs["scene_fields"])["tilt"] for run in kept} == {0, 0.1}
@@ -266,7 +267,7 @@ def test_a_user_defined_measure_and_its_errors(tmp_path, here):
     ):
         own = {**DISK, "measure": ["sweep_measures:three"], "replicas": replicas}
         sweep = Sweep(**own, vary=vary)
-        with pytest.raises(mm.sweep.SweepFailed, match=r"^all 2 cases .*: shape of a measure"):
+        with pytest.raises(mm.sweep.SweepFailed):
             mm.sweep.run(sweep, tmp_path / f"{replicas}", executor=here)
         assert [*mm.sweep.status(tmp_path / f"{replicas}").errors] == [shape + bound]
 
@@ -317,77 +318,13 @@ def test_nan_is_null_in_a_file_and_nan_when_combined():
     assert np.isnan(decoded(encoded(np.ma.masked, ()), ()))
 
 
-@pytest.mark.parametrize(
-    ("changes", "line"),
-    [
-        ({"vary": {"nois": (1,)}}, r"field = 'nois': must be one of friction, noise.*'noise'"),
-        ({"vary": {"noise": ()}}, r"noise = \[\]: must have at least one value"),
-        ({"vary": {"noise": (1, 1.0)}}, r"noise = .*: must be distinct values"),
-        ({"vary": {"noise": (-1,)}}, r"noise = -1: must be at least 0"),
-        (
-            {"vary": {"noise": (1,), ("noise", "x"): (2,)}},
-            "'noise': must be varied only once",
-        ),
-        ({"vary": {"potential": (1,)}}, "field = 'potential': must be one of"),
-        ({"vary": {}}, "vary = {}: must have at least one field"),
-        ({"measure": []}, r"measure = \[\]: must be distinct names, at least one"),
-        ({"measure": ["temprature"]}, "measure = 'temprature': must be .*'temperature'"),
-        ({"measure": ["trajectory", "displacement"]}, "trajectory excludes other measures"),
-        ({"measure": ["nowhere:f"]}, "measure = 'nowhere:f': must be a function that can be imp"),
-        ({"measure": ["sweep_measures:f"]}, "must be a function that can be imported"),
-        ({"seeds": 0}, "seeds = 0: must be at least 1"),
-        ({"seeds": []}, r"seeds = \[\]: must be distinct, and at least one"),
-        ({"seeds": [1, -1]}, "seed = -1: must be at least 0"),
-        ({"replicas": 0}, "replicas = 0: must be at least 1"),
-        ({"method": "baoab"}, "method = 'baoab': must be one of"),
-        ({"timestep": 0}, "timestep = 0: must be greater than 0"),
-        ({"duration": 0.01}, "duration = 0.01: must be at least 0.05"),
-        ({"record_interval": 0}, "record_interval = 0: must be at least 1"),
-        (
-            {"samples": Samples({"x": (0, 1)}, 4), "vary": {"x": (1,)}},
-            "'x': must be varied only",
-        ),
-        ({"samples": Samples({"noise": (-1, 1)}, 4)}, "noise = -1: must be at least 0"),
-        (
-            {"scene": mm.Top(), "measure": ["max_spin"], "samples": Samples({"tilt": (0.1, 2)}, 4)}
-            | {"vary": {}},
-            "tilt = 2: must be less than 1.5708",
-        ),
-        (
-            {"scene": mm.Motor(), "vary": {"position_x": (0.1,)}, "measure": ["flights"]},
-            "position = None: the scene must give it a value if position_x is to vary",
-        ),
-    ],
-)
-def test_bad_input_is_refused_before_anything_runs(changes, line):
-    with pytest.raises(ValueError, match=line):
-        Sweep(**{**DISK, "vary": {"v": NOISES}, **changes})
-
-
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (({}, 4), "ranges = {}: must be ranges of at least one field"),
-        (({"x": (0, 1)}, 0), "size = 0: must be at least 1"),
-        (({"x": (0, 1)}, 100), "size = 100: must be a power of two .for example 128"),
-        (({"x": (0, 1)}, 8, "sobel"), "design = 'sobel': must be one of random, latin, sobol"),
-        (({"x": (1, 1)}, 8), "x, upper end = 1: must be greater than 1"),
-        (({"x": (0, 1, True)}, 8), "x, lower end = 0: must be greater than 0"),
-        (({"x": (0, 1)}, 8, "sobol", -1), "seed = -1: must be at least 0"),
-    ],
-)
-def test_bad_designs_are_refused(arguments, line):
-    with pytest.raises(ValueError, match=line):
-        Samples(*arguments)
-
-
 def test_integers_vary_only_on_grids():
     top = {"scene": mm.Top(), "measure": ["max_spin"], "duration": 1.0, "timestep": 0.01}
     sweep = Sweep(**top, vary={"ring_dipoles": np.linspace(5, 20, 4)})
     assert [case.spec["scene_fields"]["ring_dipoles"] for case in sweep] == [5, 10, 15, 20]
-    with pytest.raises(ValueError, match=r"ring_dipoles = 5.5: must be an integer"):
+    with refused("ring_dipoles"):
         Sweep(**top, vary={"ring_dipoles": (5.5,)})
-    with pytest.raises(ValueError, match=r"field = 'ring_dipoles': takes integers only"):
+    with refused("field"):
         Sweep(**top, samples=Samples({"ring_dipoles": (5, 20)}, 4))
 
 
@@ -407,8 +344,6 @@ def test_the_timestep_is_the_shortest_that_is_recommended_at_the_corners(capsys)
     corners = [mm.Top(coupling=c, ring_height=h) for c in (1e-6, 4e-5) for h in (0.12, 0.4)]
     steps = [mm.recommend(corner, method=drawn.method).timestep for corner in corners]
     assert drawn.timestep == min(steps) < min(steps[:2] + steps[3:])
-    with pytest.raises(ValueError, match=r"tilt = 1\.5: must be less than"):
-        Sweep(scene=mm.Top(), vary={"tilt": (1.5,)}, measure=["max_spin"], duration=1.0)
 
 
 def test_the_engine_decides_unless_a_method_is_given():
@@ -421,14 +356,12 @@ def test_the_engine_decides_unless_a_method_is_given():
     named = Sweep(**short, duration=1.0, method="variational/verlet")
     assert named.method == "variational/verlet"
     assert all("engine" not in sweep.as_json() for sweep in chosen)
-    with pytest.raises(ValueError, match=r"engine = 'scipy': must be one of mujoco, any"):
-        Sweep(**short, duration=1.0, engine=cast(Any, "scipy"))
 
 
 def test_a_corner_for_which_nothing_is_charted_needs_a_timestep():
     """With the timestep of the other corner, its cases would fail one by one."""
     slippery = {"scene": mm.Top(surface="plane"), "vary": {"coulomb_friction": (0.0, 0.1)}}
-    with pytest.raises(ValueError, match=r"coulomb_friction = 0\.1: the charts have no dry"):
+    with refused("coulomb_friction"):
         Sweep(**slippery, measure=["max_spin"], duration=1.0)
     given = {"method": "mujoco/euler", "timestep": 0.004}
     assert len(Sweep(**slippery, **given, measure=["max_spin"], duration=1.0)) == 2
@@ -439,20 +372,16 @@ def test_a_directory_of_something_else_is_refused_and_unchanged(tmp_path, here):
     mm.sweep.run(sweep, tmp_path / "s", executor=here)
     before = contents(tmp_path / "s")
     other = Sweep(**{**DISK, "duration": 6.0}, vary={"v": NOISES})
-    differs = r"s': must be empty.* differs in duration, vary: give this sweep another .*--out\)$"
-    with pytest.raises(ValueError, match=differs):
+    with refused("directory"):
         mm.sweep.run(other, tmp_path / "s", executor=here)
     assert contents(tmp_path / "s") == before
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "mine.txt").write_text("mine")
-    for path, line in {
-        "notes": "must be empty or hold this sweep; it holds mine.txt",
-        "notes/mine.txt": "must be a directory",
-    }.items():
-        with pytest.raises(ValueError, match=line):
+    for path in ("notes", "notes/mine.txt"):
+        with refused("directory"):
             mm.sweep.run(sweep, tmp_path / path, executor=here)
     for look in (mm.sweep.status, mm.sweep.combine):
-        with pytest.raises(ValueError, match=r"nowhere': must be .* sweep: it has no sweep\.json"):
+        with refused("directory"):
             look(tmp_path / "nowhere")
 
 
@@ -463,7 +392,7 @@ def test_an_executor_that_drops_its_cases_ends_the_sweep(tmp_path):
             future.cancel()
             return future
 
-    with pytest.raises(mm.sweep.NoWorkers, match="the executor dropped a case"):
+    with pytest.raises(mm.sweep.NoWorkers):
         mm.sweep.run(Sweep(**DISK, vary={"noise": NOISES}), tmp_path / "s", executor=Gone())
     assert mm.sweep.status(tmp_path / "s").missing == 3
 
@@ -472,9 +401,9 @@ def test_other_versions_do_not_mix(tmp_path, here):
     sweep = Sweep(**DISK, vary={"noise": NOISES})
     assert sweep.versions is not None
     old = Sweep(**DISK, vary={"noise": NOISES}, versions={**sweep.versions, "numpy": "1.0"})
-    with pytest.raises(mm.sweep.OtherVersions, match=r"worker has .*, but the sweep has .*1\.0"):
+    with pytest.raises(mm.sweep.OtherVersions):
         mm.sweep.run(old, tmp_path / "s", executor=here)
-    with pytest.raises(ValueError, match="it holds one that differs in versions"):
+    with refused("directory"):
         mm.sweep.run(sweep, tmp_path / "s", executor=here)
     assert mm.sweep.status(tmp_path / "s").missing == 3  # can be read as before
 

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image
+from refusals import refused
 from scipy.stats import qmc, sem
 
 import magmotor as mm
@@ -237,12 +238,11 @@ def test_a_large_design_is_a_small_file(picture):
 def test_the_reason_why_a_sweep_cannot_be_drawn_is_named(tmp_path):
     path = tmp_path / "sweep.png"
     three = design(8, "tilt", "friction").assign_coords(height=field("height", range(8), "sample"))
-    bound = r"must be one or two varying fields: select one value of every other"
-    with pytest.raises(ValueError, match=rf"axes = \['tilt', 'friction', 'height'\]: {bound}"):
+    with refused("axes"):
         mm.plots.sweep(three, path)
-    with pytest.raises(ValueError, match=rf"axes = \[\]: {bound}"):
+    with refused("axes"):
         mm.plots.sweep(one_axis().isel(tilt=[3]), path)
     trajectories = one_axis().rename(seed="time")
-    with pytest.raises(ValueError, match=r"measures = \['momentum'\]: must include a number over"):
+    with refused("measures"):
         mm.plots.sweep(trajectories, path)
     assert not path.exists()

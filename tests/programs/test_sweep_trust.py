@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import refusals
 import xarray as xr
 from sweep_driver import contents
 
@@ -72,14 +73,13 @@ def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
     assert data["evil:go"].attrs == {"units": "1", "long_name": "go"}
     mm.plots.sweep(data, tmp_path / "picture.png")
     data.to_netcdf(tmp_path / "shared.nc")
-    asked = "measure = 'evil:go': .* --allow-measure evil:go"
     again = Sweep(**DISK, vary={"noise": (1.0,)}, measure=plan.measure)
     for call in (
         lambda: mm.rerun(xr.load_dataset(tmp_path / "shared.nc")),
         lambda: mm.sweep.run(plan, tmp_path / "new", executor=Here()),
         lambda: mm.sweep.run(again, tmp_path / "new", executor=Here()),
     ):
-        with pytest.raises(ValueError, match=asked):
+        with refusals.refused("measure"):
             call()
     assert not (tmp_path / "new").exists()
     errors = ""
@@ -93,7 +93,7 @@ def test_no_file_has_a_module_imported(evil, tmp_path, run_script):
         assert (found, errors.count("\n")) == (code, code // 2)
     assert "evil:go" in errors
     assert not evil.exists()
-    with pytest.raises(ValueError, match="measures = 'evil:no': must be one of evil:go"):
+    with refusals.refused("measures"):
         mm.sweep.sweep_of(folder, measures=["evil:no"])
     assert not evil.exists()
     allowed = mm.sweep.sweep_of(folder, measures=["evil:go"])
@@ -112,7 +112,7 @@ def test_a_measure_that_the_caller_allows_is_run(tmp_path, run_script, monkeypat
     code, _, errors = run_script("rerun", tmp_path / "s.nc")
     assert (code, errors.count("\n")) == (2, 1)
     run = mm.simulate(**{k: v for k, v in DISK.items() if k != "measure"})
-    with pytest.raises(ValueError, match=r"measures = .*: must be empty: this dataset is"):
+    with refusals.refused("measures"):
         mm.rerun(run, measures=["sweep_measures:broken"])
 
 
@@ -136,7 +136,7 @@ def test_any_damaged_byte_is_detected_named_and_repaired(intact):
         (folder / name).write_bytes(content)
         if name == "sweep.json":
             for read in (mm.sweep.status, mm.sweep.combine, mm.sweep.sweep_of):
-                with pytest.raises(ValueError, match=r"sweep\.json is damaged: its checksum diff"):
+                with refusals.refused("directory"):
                     read(folder)
         else:
             (damage,) = mm.sweep.status(folder).damaged
@@ -148,7 +148,7 @@ def test_any_damaged_byte_is_detected_named_and_repaired(intact):
                 assert (found[variable] == truth[variable]).where(both, True).all()
         if name.startswith("done"):
             assert not mm.sweep.combine(folder, skip_damaged=True).identical(truth)
-            with pytest.raises(ValueError, match=f"{name} is damaged.*by skip_damaged=True"):
+            with pytest.raises(mm.InputError, match=f"^{name} is damaged"):
                 mm.sweep.combine(folder)
         if turn < len(whole):
             with pytest.warns(
@@ -174,11 +174,11 @@ def test_nonsense_with_a_checksum_is_damage(tmp_path, values):
     swept(tmp_path / "s", measure=["temperature", "displacement"])
     file = next((tmp_path / "s" / "done").glob("*/*.json"))
     file.write_bytes(with_checksum({**verified(file.read_bytes()), "values": values}))
-    with pytest.raises(ValueError, match=f"{file.name} is damaged: its measures differ"):
+    with pytest.raises(mm.InputError, match=f"{file.name} is damaged: its measures differ"):
         mm.sweep.combine(tmp_path / "s")
     odd = {"temperature": [[1.0]], "displacement": {"a": 1}}
     file.write_bytes(with_checksum({**verified(file.read_bytes()), "values": odd}))
-    with pytest.raises(ValueError, match=f"{file.name} is damaged: "):
+    with pytest.raises(mm.InputError, match=f"{file.name} is damaged: "):
         mm.sweep.combine(tmp_path / "s")
 
 
@@ -198,8 +198,9 @@ def test_nothing_is_written_read_or_removed_through_a_link(tmp_path, inside, ret
     if link.exists():
         link.rmdir()
     link.symlink_to(elsewhere)
-    with pytest.raises(ValueError, match="follows no symbolic link out of its directory"):
+    with refusals.refused("directory") as told:
         mm.sweep.run(sweep, folder, executor=Here(), retry=retry)
+    assert told.value.value == str(link)
     assert len([*elsewhere.iterdir()]) == 1 + 3 * len(sweep)
 
 
@@ -231,8 +232,9 @@ def test_a_folder_in_the_place_of_a_file_must_be_removed(tmp_path):
     first.unlink()
     first.mkdir()
     for use in (mm.sweep.status, lambda path: mm.sweep.run(sweep, path, executor=Here())):
-        with pytest.raises(ValueError, match=f"{first.name}'.*must be a file: remove this folder"):
+        with refusals.refused("directory") as told:
             use(tmp_path / "s")
+        assert told.value.value == str(first)
     first.rmdir()
     mm.sweep.run(sweep, tmp_path / "s", executor=Here())
     assert contents(tmp_path / "s") == whole
@@ -343,23 +345,6 @@ def test_arguments_of_wrong_types_of_functions_are_refused(tmp_path):
     assert not (tmp_path / "s").exists()
 
 
-def test_a_sweep_too_large_is_refused_before_memory_is_taken():
-    own = {**DISK, "measure": ["temperature"]}
-    line = np.linspace(0.1, 4, 10_001)
-    with pytest.raises(ValueError, match=r"^cases times replicas = .*: must be at most 1000"):
-        Sweep(**own, vary={"noise": line, "x": line})
-    with pytest.raises(ValueError, match=r"^cases times replicas = 1000000000000: must be at"):
-        Sweep(**own, vary={"noise": (1.0,)}, replicas=10**12)
-    with pytest.raises(ValueError, match="size = 1099511627776: must be at most 1048576"):
-        Samples({"x": (0, 1)}, 2**40)
-    with pytest.raises(ValueError, match="number of values of seeds = 'over 1048576': must be"):
-        Sweep(**own, vary={"noise": (1.0,)}, seeds=10**15)
-    fields = "position_x position_y velocity_x velocity_y axis_x axis_y axis_z spin tilt coupling"
-    box: dict[str, Any] = dict.fromkeys((*fields.split(), "friction"), (0.1, 0.2))
-    with pytest.raises(ValueError, match="timestep = None: must be given if more than 10 fields"):
-        Sweep(scene=mm.Top(), measure=["max_spin"], duration=1, samples=Samples(box, 4))
-
-
 @pytest.mark.filterwarnings("ignore:.*:RuntimeWarning")
 def test_odd_attributes_of_a_run_make_rerun_fail_in_one_line(tmp_path, run_script):
     run = mm.simulate(**DISK)
@@ -395,7 +380,7 @@ def test_a_run_cannot_refer_to_other_files(tmp_path):
     run = mm.simulate(mm.Disk(), method="variational/euler", timestep=0.05, duration=1.0)
     run.to_netcdf(tmp_path / "run.nc", engine="netcdf4")
     path.write_bytes(bytes_with_checksum((tmp_path / "run.nc").read_bytes(), path.stem))
-    with pytest.raises(ValueError, match="is damaged: it is not a run in netCDF's classic format"):
+    with pytest.raises(mm.InputError, match="is damaged: it is not a run in netCDF's classic"):
         mm.sweep.combine(tmp_path / "s")
     assert len(sweep) == 4
 
@@ -419,6 +404,6 @@ def mute(run, scene):
 
 def test_an_error_without_text_is_stored_with_its_case(tmp_path):
     plan = Sweep(**DISK, vary={"noise": (1.0, 2.0)}, measure=["test_sweep_trust:mute"])
-    with pytest.raises(mm.sweep.SweepFailed, match=r"with: Mute$"):
+    with pytest.raises(mm.sweep.SweepFailed):
         mm.sweep.run(plan, tmp_path / "s", executor=Here())
     assert [*mm.sweep.status(tmp_path / "s").errors] == ["Mute"]
