@@ -16,7 +16,6 @@ from refusals import misdeclared, refused
 
 import magmotor as mm
 from magmotor.common.environment import data_folder
-from magmotor.mjcf.declarations.valid_indices import FIELDS
 from magmotor.mjcf.hooks import errors_raised
 
 PLUGIN = (
@@ -520,7 +519,7 @@ def test_an_index_out_of_range_is_named(field, value, hook):
     element = 1 if field == "body_weldid" else getattr(model, field).size - 1
     getattr(model, field)[element] = value
     for call in (mm.describe, mm.check, lambda model: mm.field(model, data, [1.0, 2.0, 3.0])):
-        with misdeclared("index", FIELDS.index(field)) as outside:
+        with misdeclared("index", element) as outside:
             call(model)
         sentence = str(outside.value)
         assert sentence.startswith(f"{field}[{element}] of the model = {value}: ")
