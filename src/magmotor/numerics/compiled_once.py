@@ -42,7 +42,8 @@ def compiled_once(signature: Signature | None = None, **options: Any) -> Callabl
 
         @cache
         def compiled(*by: Any) -> Any:
-            function = Deferred(partial(_compiled, defined(*by), text, options), define)
+            found = defined(*by)
+            function = Deferred(partial(_compiled, found, text, options), found.function)
             return function.real if text else function
 
         def is_cached(*by: Any) -> bool:
