@@ -463,14 +463,14 @@ def test_the_screw_has_the_temperature_of_the_water(example):
 @pytest.mark.parametrize(
     ("name", "few", "numerics"),
     [
-        ("thermal_chain", {"FRAMES": 3}, {"duration": 1.0}),
+        ("thermal_chain", {"FRAMES": 3, "REPLICAS": 4, "IN_MOVIE": 3}, {"duration": 1.0}),
         ("magnetic_beads", {"RECORDS": 1, "SETTLED": 0}, {"duration": 0.01, "replicas": 2}),
         (
             "magnetic_assembly",
             {"RECORDS": 4, "SHOWN": [0, 1, 2, 3], "LATE": 0},
             {"duration": 0.1, "replicas": 1},
         ),
-        ("pick_and_place", {"FRAME_RATE": 0.5}, {}),
+        ("pick_and_place", {"FRAME_RATE": 0.2}, {}),
         ("levitation", {"EVERY": 200}, {"duration": 1.6}),
         ("micro_swimmer", {"FRAMES": 3}, {"duration": 1.0, "replicas": 2}),
     ],
@@ -549,7 +549,8 @@ def test_ctrl_c_is_one_line_and_nothing_is_left(example, monkeypatch, capsys, tm
 
 def test_an_example_runs_as_a_program(tmp_path):
     out = tmp_path / "picture.png"
-    command = [sys.executable, "-W", "error", EXAMPLES / "compass_needles.py", "--out", out]
+    flags = ("--duration", "4", "--out", out)
+    command = [sys.executable, "-W", "error", EXAMPLES / "compass_needles.py", *flags]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert "theory: 24.77" in done.stdout

@@ -22,7 +22,7 @@ MEMORY = 12 << 30
 """Bytes of address space of a worker, so that a huge array is an error and the machine survives."""
 
 CONTEXT = multiprocessing.get_context("forkserver")  # workers import nothing themselves
-CONTEXT.set_forkserver_preload(["trials.fuzz.judge"])
+CONTEXT.set_forkserver_preload(["trials.fuzz.judge", "trials.fuzz.binaries"])
 
 Judge = Callable[[Call], Verdict]
 
