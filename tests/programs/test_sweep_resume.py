@@ -366,8 +366,8 @@ def test_whole_runs_need_no_temporary_folder(tmp_path, monkeypatch):
     assert (tally.done, tally.failed) == (2, 0)
 
 
-def drive_until_few(directory, monkeypatch, intervene):
-    """Run the sweep, and intervene after `FEW` results."""
+def drive_until_few(directory, monkeypatch, intervene, **by):
+    """Run the sweep, by threads unless something else is given; intervene after `FEW` results."""
     keep, kept = Directory.keep, []
 
     def counted(self, case, outcome):
@@ -376,9 +376,9 @@ def drive_until_few(directory, monkeypatch, intervene):
         if len(kept) == FEW:
             intervene()
 
-    with monkeypatch.context() as patch, ThreadPoolExecutor(8) as executor:
+    with monkeypatch.context() as patch:
         patch.setattr(Directory, "keep", counted)
-        mm.sweep.run(SWEEP, directory, workers=8, executor=executor)
+        return drive(directory, **by or {"threads": 8})
 
 
 def test_a_directory_that_is_moved_ends_the_sweep_which_can_be_resumed(
