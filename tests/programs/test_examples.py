@@ -2,7 +2,6 @@
 
 import importlib
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -545,16 +544,6 @@ def test_ctrl_c_is_one_line_and_nothing_is_left(example, monkeypatch, capsys, tm
     assert capsys.readouterr().err == "magnetic_pendulum.py: interrupted, nothing written\n"
     assert not any(tmp_path.iterdir())
     assert mujoco.get_mjcb_control() is None
-
-
-def test_an_example_runs_as_a_program(tmp_path):
-    out = tmp_path / "picture.png"
-    flags = ("--duration", "4", "--out", out)
-    command = [sys.executable, "-W", "error", EXAMPLES / "compass_needles.py", *flags]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "theory: 24.77" in done.stdout
-    assert out.exists()
 
 
 def test_the_quotes_of_the_page_are_in_the_examples():
