@@ -192,7 +192,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
 ])  # fmt: skip
 def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
     clock, sample = Clock(monkeypatch, step=0.0), mm.Langevin.sample
-    steps, step = Thermal._steps, 5e-5
+    steps, step = Thermal._steps, 2e-4
 
     def stepped(self, splitting, factor, count):
         steps(self, splitting, factor, 1)
@@ -209,7 +209,7 @@ def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
     monkeypatch.setattr(mm.Langevin, "sample", sampled)
     model, data = started(BATH)
     advice = mm.advise(
-        model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.1, budget=budget
+        model, data, quantity="joint slide", kT=1.0, duration=100.0, error=0.1, budget=budget
     )
     assert clock.now < budget  # 0.11, 0.95, 39.4, 128
     assert sentence in str(advice)

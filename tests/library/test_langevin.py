@@ -654,14 +654,14 @@ def test_many_contacts_of_one_body_are_stable():
     with pytest.warns(UserWarning, match="softened"):
         langevin = mm.Langevin(model, kT=1e-3)
     run = langevin.sample(
-        5000 * langevin.timestep,
+        2000 * langevin.timestep,
         replicas=16,
         record_interval=20,
-        burn_in=1000 * langevin.timestep,
+        burn_in=500 * langevin.timestep,
     )
     found = mm.kinetic_temperature(model, run)
-    # (omega h)^2/4 = 0.19 and 5 standard errors of 16 replicas, 0.022 each.
-    assert abs(float(found.total) - 1e-3) < 0.3e-3  # 0.23e-3
+    # (omega h)^2/4 = 0.19 and 5 standard errors of 16 replicas, 0.035 each.
+    assert abs(float(found.total) - 1e-3) < 0.37e-3  # 0.29e-3
 
 
 def test_a_langevin_can_be_copied():
@@ -826,7 +826,7 @@ def test_a_speed_of_which_mujoco_warns_is_lost(method):
 def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatch):
     """At 20 ms the limit would be unstable; it is softened to an oscillation of 0.5 / h.
 
-    However its stiffness is declared, the forces are the same; 32 000 records of one, 16 replicas.
+    However its stiffness is declared, the forces are the same; 16 000 records of one, 16 replicas.
     4 standard errors of the mean position are exceeded in 1e-3 of seeds.
     """
     found = []
@@ -846,17 +846,15 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatc
     assert stiffness * 0.02**2 == pytest.approx(0.25, rel=1e-6)  # at rest; the mass is 1
     assert langevin.largest_timestep(data) == pytest.approx(0.08, rel=1e-4)  # 2/omega
     run = langevin.sample(
-        20_000 * langevin.timestep,
+        10_000 * langevin.timestep,
         replicas=16,
         record_interval=10,
         burn_in=1000 * langevin.timestep,
     )
     found = mm.kinetic_temperature(model, run)
-    truth = mm.metropolis(
-        langevin.effective_model, 0.3, samples=2000, replicas=8, record_interval=5
-    )
-    # The velocity's own error is of second order in h; the standard error is 0.9 %.
-    assert float(found.total) == pytest.approx(0.3, rel=0.04)  # 0.021
+    truth = mm.metropolis(langevin.effective_model, 0.3, samples=800, replicas=8, record_interval=5)
+    # The velocity's own error is of second order in h; the standard error is 1.3 %.
+    assert float(found.total) == pytest.approx(0.3, rel=0.06)  # 0.024
     means = [one.qpos.values.mean(axis=(1, 2)) for one in (run, truth)]
     errors = [each.std(ddof=1) / np.sqrt(len(each)) for each in means]
     difference = means[0].mean() - means[1].mean()
