@@ -1,6 +1,7 @@
 """A user-defined device outside the package has all features of the paper's devices."""
 
 import itertools
+import os
 import re
 import subprocess
 import sys
@@ -112,12 +113,24 @@ def test_a_run_continues_another_on_its_brownian_path(method, rotor):
         np.testing.assert_array_equal(later[name], long[name][:, 200:])
 
 
-def test_a_process_of_a_sweep_computes_its_measures(rotor, tmp_path):
+SWEEP = """
+import magmotor as mm
+from own_device import Rotor
+
+if __name__ == "__main__":
     sweep = mm.sweep.Sweep(
-        scene=rotor.Rotor(), vary={"kT": [1e-5, 4e-5]}, measure=["turns", "temperature"], seeds=2,
+        scene=Rotor(), vary={"kT": [1e-5, 4e-5]}, measure=["turns", "temperature"], seeds=2,
         replicas=2, method="variational/baoab", timestep=0.01, duration=2.0,
-    )  # fmt: skip
-    mm.sweep.run(sweep, tmp_path / "sweep", workers=1)
+    )
+    mm.sweep.run(sweep, "sweep", workers=1)
+"""
+
+
+def test_a_process_of_a_sweep_computes_its_measures(rotor, tmp_path):
+    (tmp_path / "rotors.py").write_text(SWEEP)
+    folders = os.pathsep.join([str(EXAMPLES), os.environ.get("PYTHONPATH", "")])
+    environment = {**os.environ, "PYTHONPATH": folders}
+    subprocess.run([sys.executable, "rotors.py"], cwd=tmp_path, env=environment, check=True)
     found = mm.sweep.combine(tmp_path / "sweep")
     cases = [*mm.sweep.sweep_of(tmp_path / "sweep")]
     assert found.turns.shape == found.temperature.shape == (2, 2, 2)

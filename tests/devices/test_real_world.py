@@ -40,15 +40,13 @@ def field(strength):
     (mm.Top.paper(4, drag=mm.theory.eddy_drag(mm.Top(), 3.5e7)), 0.26),
 ])  # fmt: skip
 def test_the_spin_after_a_minute(scene, spin):
-    """By DOP853, by another solver and by a third program, with one effect at a time.
+    """By DOP853 and by a third program, with one effect at a time.
 
-    Figure `builder_top` compares the first two for more sizes of each.
+    Figure `builder_top` compares DOP853 with MuJoCo for these and more sizes of each.
     """
-    largest = [largest_spin(scene)]
-    for method, timestep in (("scipy/dop853", 0.02), ("mujoco/rk4", 0.0125)):
-        run = mm.simulate(scene, method=method, timestep=timestep, duration=60)
-        largest.append(float(abs(run.momentum_map).max()) / scene.inertia[2])
-    assert largest == pytest.approx([spin] * 3, abs=0.0051)  # two decimals
+    run = mm.simulate(scene, method="scipy/dop853", timestep=0.02, duration=60)
+    largest = largest_spin(scene), float(abs(run.momentum_map).max()) / scene.inertia[2]
+    assert largest == pytest.approx([spin] * 2, abs=0.0051)  # two decimals
 
 
 @pytest.fixture(scope="module")

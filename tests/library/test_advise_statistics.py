@@ -26,7 +26,7 @@ BATH = BATH.replace('"0.004"', '"0.05"')
 
 
 def test_chaos_limits_the_horizon_and_gives_statistics(capsys, monkeypatch):
-    Clock(monkeypatch, step=2e-5)
+    Clock(monkeypatch, step=5e-5)
     coarse = PENDULUM.replace('"0.005"', '"0.02"')
     advice = mm.advise(*started(coarse, [2.5, 1.0]), duration=20.0, budget=15)
     print(advice)
@@ -43,7 +43,7 @@ def test_chaos_limits_the_horizon_and_gives_statistics(capsys, monkeypatch):
 
 
 def test_runs_of_a_model_with_noise_follow_one_brownian_path(monkeypatch):
-    Clock(monkeypatch, step=2e-5)
+    Clock(monkeypatch, step=5e-5)
     with mm.magnetism():
         advice = mm.advise(*started(TRAP), quantity="joint slide", duration=5.0, budget=15)
         assert advice.method
@@ -171,7 +171,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
 
     monkeypatch.setattr(Thermal, "_ensemble", interrupted)
     model, data = started(BATH)
-    advice = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.1)
+    advice = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=200.0, error=0.1)
     assert all(row.seconds > 0 for row in advice.statistics)
     best = advice.for_statistics
     assert best == Point(advice.method, advice.timestep, advice.seconds, advice.promised)
@@ -180,7 +180,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
     assert f"advice: {advice.method} at" in text
     assert "no recommendation" not in text
     calls += [()] * 20
-    nothing = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0)
+    nothing = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=200.0)
     assert (nothing.method, nothing.statistics) == ("", ())
     assert "no recommendation: no reference was found in this time" in str(nothing)
 
