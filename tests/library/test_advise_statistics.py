@@ -26,7 +26,7 @@ BATH = BATH.replace('"0.004"', '"0.05"')
 
 
 def test_chaos_limits_the_horizon_and_gives_statistics(capsys, monkeypatch):
-    Clock(monkeypatch, step=5e-5)
+    Clock(monkeypatch, step=2e-5)
     coarse = PENDULUM.replace('"0.005"', '"0.02"')
     advice = mm.advise(*started(coarse, [2.5, 1.0]), duration=20.0, budget=15)
     print(advice)

@@ -101,7 +101,7 @@ def test_the_table_of_penetrations(softness, entries):
         assert said(float(softness), steps) == text
 
 
-GAPS = np.random.default_rng(0).uniform(0.15, 2.5, 24)
+GAPS = np.random.default_rng(0).uniform(0.15, 2.5, 42)
 """Distances of surfaces at the start, over that at touch."""
 
 
