@@ -76,7 +76,7 @@ class Departure:
 def compute(quick: bool) -> LiftOff:
     """Scan height and coupling by statics and by runs on the plane."""
     scene = Top(surface="plane")
-    ratio = 1.1 if quick else 1.01
+    ratio = 1.05 if quick else 1.01
     heights = np.linspace(0.05, 0.35, 7 if quick else 31)
     lifts = [largest_lift(scene.replace(ring_height=float(height))) for height in heights]
     ran = np.array([0.1, 0.2] if quick else [0.06, 0.08, 0.1, 0.13, 0.16, 0.2, 0.25, 0.3, 0.35])
