@@ -42,7 +42,7 @@ def field(strength):
 def test_the_spin_after_a_minute(scene, spin):
     """By DOP853 and by a third program, with one effect at a time.
 
-    Figure `builder_top` compares DOP853 with MuJoCo for these and more sizes of each.
+    Figure `builder_top` compares DOP853 with MuJoCo for several sizes of each.
     """
     run = mm.simulate(scene, method="scipy/dop853", timestep=0.02, duration=60)
     largest = largest_spin(scene), float(abs(run.momentum_map).max()) / scene.inertia[2]
