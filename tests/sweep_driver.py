@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -39,8 +40,11 @@ def environment():
     return {name: os.environ.get(name) for name in ONE_THREAD}
 
 
-def drive(directory, workers=2, scheduler=None):
-    """Run the sweep; return the tally."""
+def drive(directory, workers=2, threads=None, scheduler=None):
+    """Run the sweep by processes, threads, or a cluster; return the tally."""
+    if threads:
+        with ThreadPoolExecutor(threads) as executor:
+            return mm.sweep.run(SWEEP, directory, workers=threads, executor=executor)
     found = mm.sweep.dask_workers(scheduler) if scheduler else nullcontext((None, workers))
     with found as (executor, count):
         return mm.sweep.run(SWEEP, directory, workers=count, executor=executor)

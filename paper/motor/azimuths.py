@@ -32,7 +32,7 @@ class Ensemble(NamedTuple):
 
 
 ENSEMBLES = {
-    "uniform": Ensemble(Motor(), 0.4, 256, 6, 100),
+    "uniform": Ensemble(Motor(), 0.4, 256, 4, 100),
     "factor 1": Ensemble(Motor(ball_ring_factor=1), 0.4, 128, 2, 200),
     "nonuniform": Ensemble(Motor.paper("nonuniform-a"), 0.1, 128, 2, 300),
     "air at 2 mm/s": Ensemble(Motor().in_air(speed=0.002), 0.4, 128, 2, 500),

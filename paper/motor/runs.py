@@ -132,8 +132,8 @@ class Size(NamedTuple):
 
 
 SETS = {
-    "nonuniform-a": Size(0.1, full=64, quick=5),
-    "uniform-a": Size(0.5, full=256, quick=3),
+    "nonuniform-a": Size(0.1, full=64, quick=3),
+    "uniform-a": Size(0.5, full=256, quick=2),
     "uniform-d": Size(0.5, full=64, quick=2),
 }
 

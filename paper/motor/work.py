@@ -13,7 +13,7 @@ from paper.motor.spreading import Measured, local_slopes, over_replicas
 from paper.motor.work_law import slope_of_the_law
 from paper.motor.work_picture import draw_load
 
-SIZE = {False: Size(256, 4e4, 5e4), True: Size(16, 1e4, 1e4)}
+SIZE = {False: Size(256, 4e4, 5e4), True: Size(8, 5e3, 5e3)}
 """Replicas, duration under a load, and the time before it, in s."""
 
 TORQUES = {False: (-1e-7, 3e-8, 1e-7, 2e-7), True: (-2e-7, -1e-7, 1e-7, 2e-7)}

@@ -26,7 +26,7 @@ METHOD = "variational/middle"
 TIMESTEP, RECORD, DURATION = 0.4 / 244, 12, 1e5 / 244
 """In units of the motor's time T_0, which is 244 s for the paper's, and steps between records."""
 
-REPLICAS, QUICK_REPLICAS, QUICK_DURATION = 32, 3, DURATION / 2
+REPLICAS, QUICK_REPLICAS, QUICK_DURATION = 32, 2, DURATION / 2
 
 SEED = 11
 SIGNIFICANT = 4

@@ -125,6 +125,7 @@ def _is_caught(scene: Top) -> bool:
     return bool((run.position.values[:, 0] < 0).all())
 
 
+@cache
 def departure(scene: Top) -> Departure | None:
     """Return where and when the ball leaves the plane; None if it stays for a minute."""
     try:

@@ -78,7 +78,7 @@ class ShakenPlate:
 
 def compute(quick: bool) -> ShakenPlate:
     """Run the ensembles."""
-    white, replicas = (4, 2) if quick else (192, 32)
+    white, replicas = (2, 2) if quick else (192, 32)
     holds, windows = ((1, SLOWEST), (1.0,)) if quick else (HOLDS, WINDOWS)
     wells = motor_wells(DESK)
     return ShakenPlate(

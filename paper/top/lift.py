@@ -4,6 +4,7 @@ The ball is at rest on the plane and leaves it where the lift exceeds 1.
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -72,6 +73,7 @@ def largest_lift_map(scene: Top, points: ArrayLike) -> Array:
     return np.linalg.norm(lifts, axis=0) / scene.weight
 
 
+@cache
 def largest_lift(scene: Top) -> Lift:
     """Find the largest lift on the plane by local searches from the best points of a grid.
 

@@ -294,13 +294,13 @@ def test_weak_order(method, steps, order, replicas):
 def test_stationary_law_is_gibbs(method, scene):
     """Kolmogorov-Smirnov of x mod 2 pi, v, omega with the effective sample size.
 
-    100 replicas, 2000 samples each, 1 apart, of which autocorrelation leaves some 10^5; false alarm
+    50 replicas, 2000 samples each, 1 apart, of which autocorrelation leaves some 5e4; false alarm
     rate 1e-4 a variable. At h = 0.01 Euler's bias, 0.25 % of the variance of v, is not seen.
     """
     timestep = 0.01 if method == "variational/euler" else 0.05
     run = mm.simulate(
-        scene, method=method, timestep=timestep, duration=2000, replicas=100, seed=4,
-        record_interval=round(1 / timestep), initial=mm.theory.gibbs(scene, 100, seed=4),
+        scene, method=method, timestep=timestep, duration=2000, replicas=50, seed=4,
+        record_interval=round(1 / timestep), initial=mm.theory.gibbs(scene, 50, seed=4),
     )  # fmt: skip
     kT = theory.temperature(scene)
     laws = {
@@ -311,9 +311,9 @@ def test_stationary_law_is_gibbs(method, scene):
     for name, (samples, cdf) in laws.items():
         waves = (np.sin(samples), np.cos(samples)) if name == "x" else (samples,)
         size = min(effective_size(wave) for wave in waves)
-        assert size > 5e3  # 1.1e4 to 1.3e5; 8.5e3 with the rounding of another processor
+        assert size > 2.5e3  # 5.3e3 to 6.5e4
         distance = empirical_distance(samples, cdf)
-        assert stats.kstwobign.sf(np.sqrt(size) * distance) > 1e-4, name  # 0.006 to 1
+        assert stats.kstwobign.sf(np.sqrt(size) * distance) > 1e-4, name  # 0.2 to 1
 
 
 def empirical_distance(samples, cdf):

@@ -157,9 +157,9 @@ def test_the_energy_balance_closes_along_a_path():
 
 
 def late_mean_squares(scene):
-    """Return means of v^2 and omega^2 of 2^14 replicas from rest, over the last half of t = 60."""
+    """Return means of v^2 and omega^2 of 2^13 replicas from rest, over the last half of t = 60."""
     run = mm.ensemble(
-        scene, method="variational/baoab", timestep=0.05, duration=60.0, replicas=2**14,
+        scene, method="variational/baoab", timestep=0.05, duration=60.0, replicas=2**13,
         sample_interval=100, seed=4,
     )  # fmt: skip
     late = run.mean_square.sel(time=slice(30, None)).mean("time")
@@ -167,19 +167,19 @@ def late_mean_squares(scene):
 
 
 def test_equipartition_with_drag():
-    """7 samples of 2^14 replicas: a standard error of 0.6 % or less; 2 % by chance in one of 10^3.
+    """7 samples of 2^13 replicas: a standard error of 0.8 % or less; 3 % by chance in one of 10^3.
 
     From rest, d equilibrates only by the potential and the drag, at rates above 0.1.
     """
     kinetic = late_mean_squares(WARM) * np.array(WARM.masses)
-    np.testing.assert_allclose(kinetic, 1.0, rtol=0.02)  # 0.0022
+    np.testing.assert_allclose(kinetic, 1.0, rtol=0.03)  # 0.0073
 
 
 def test_a_drag_of_another_temperature_makes_the_law_of_two_baths():
     """Exact for flat U: Lyapunov's equation. The same sample size as above."""
     scene = WARM.replace(potential="flat", drag_temperature=5.0)
     expected = np.diag(solve_continuous_lyapunov(*linear_motion(scene)))
-    np.testing.assert_allclose(late_mean_squares(scene), expected, rtol=0.02)  # 0.0028
+    np.testing.assert_allclose(late_mean_squares(scene), expected, rtol=0.03)  # 0.0178
     assert (np.abs(expected * WARM.masses - 1.0) > 0.5).all()
 
 

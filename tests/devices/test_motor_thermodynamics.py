@@ -1,5 +1,6 @@
 """Thermodynamics of the motor: energy balance, equipartition, dwells and flights."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -288,16 +289,16 @@ def temperatures(method, timestep, duration, burn_in, *, seed):
 
 @pytest.mark.slow
 def test_equipartition():
-    """Five modes are within 3 % of kT at h = 0.2, and within 5 errors of 16 batches of 8 replicas.
+    """Five modes are within 4 % of kT at h = 0.2, and within 5 errors of 16 batches of 8 replicas.
 
-    At this timestep, the splitting cools the slip by 0.4 %, which is 2.4 of its errors, so that 3 %
-    of seeds exceed 5; 2 % exceed the 3 %, which are 2.8 errors of ring_3. By MuJoCo, the splitting
+    At this timestep, the splitting cools the slip by 0.4 %, which is 1.7 of its errors, so that 1 %
+    of seeds exceed 5; 2 % exceed the 4 %, which are 2.7 errors of ring_3. By MuJoCo, the splitting
     agrees along one path to 6e-12, see tests/library/test_mujoco_baoab.py.
     """
-    found, error = temperatures("variational/baoab", 0.2, 6e4, 2000.0, seed=11)
-    assert error.max() < 0.012  # 0.0106, of ring_3, whose correlation time is the longest
-    assert abs(found - 1).max() < 0.03  # 0.0094
-    assert (abs(found - 1) < 5 * error).all()  # 3.0, of the slip, which is 0.9951
+    found, error = temperatures("variational/baoab", 0.2, 3e4, 2000.0, seed=11)
+    assert error.max() < 0.017  # 0.0118, of ring_3, whose correlation time is the longest
+    assert abs(found - 1).max() < 0.04  # 0.0128
+    assert (abs(found - 1) < 5 * error).all()  # 3.3, of the slip, which is 0.9933
 
 
 @pytest.mark.slow
@@ -349,6 +350,7 @@ def test_with_si_moments_the_ball_never_leaves_its_first_well():
     assert abs(mm.observables.azimuth(run)).max() < np.pi / 5  # 0.24
 
 
+@cache
 def lost_run(method, seed):
     """Return the records until the ring of the paper's hottest nonuniform run is lost."""
     scene = mm.Motor.paper("nonuniform-c")

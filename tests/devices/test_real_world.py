@@ -41,15 +41,13 @@ def field(strength):
     (mm.Top.paper(4, drag=mm.theory.eddy_drag(mm.Top(), 3.5e7)), 0.26),
 ])  # fmt: skip
 def test_the_spin_after_a_minute(scene, spin):
-    """By DOP853, by another solver and by a third program, with one effect at a time.
+    """By DOP853 and by a third program, with one effect at a time.
 
-    Figure `builder_top` compares the first two for more sizes of each.
+    Figure `builder_top` compares DOP853 with MuJoCo for several sizes of each.
     """
-    largest = [largest_spin(scene)]
-    for method, timestep in (("scipy/dop853", 0.02), ("mujoco/rk4", 0.0125)):
-        run = mm.simulate(scene, method=method, timestep=timestep, duration=60)
-        largest.append(float(abs(run.momentum_map).max()) / scene.inertia[2])
-    assert largest == pytest.approx([spin] * 3, abs=0.0051)  # two decimals
+    run = mm.simulate(scene, method="scipy/dop853", timestep=0.02, duration=60)
+    largest = largest_spin(scene), float(abs(run.momentum_map).max()) / scene.inertia[2]
+    assert largest == pytest.approx([spin] * 2, abs=0.0051)  # two decimals
 
 
 @pytest.fixture(scope="module")
@@ -128,16 +126,16 @@ def test_noise_of_the_drag_is_the_same_in_mujoco():
 
 
 def test_equipartition_with_drag():
-    """16 replicas of 25,000 s; their batches give the standard error, at most 1 %.
+    """16 replicas of 12,500 s; their batches give the standard error, at most 1.8 %.
 
     Four of them raise a false alarm for one seed of 2000, in seven modes. Without the noise of the
     drag, the slow modes would be cold by more than half.
     """
     run = mm.simulate(
-        WARM, method="variational/middle", timestep=0.2, duration=2.5e4, record_interval=10,
+        WARM, method="variational/middle", timestep=0.2, duration=1.25e4, record_interval=10,
         replicas=16, seed=1,
     )  # fmt: skip
-    found = mm.observables.mode_temperatures(run, burn_in=2.5e3)
+    found = mm.observables.mode_temperatures(run, burn_in=1.25e3)
     error = found.temperature_error / WARM.kT
     assert error.max() < 0.02
     assert (abs(found.temperature / WARM.kT - 1) < 4 * error + 0.001).all()
@@ -147,7 +145,7 @@ def test_a_hot_background_heats_and_a_cold_one_cools():
     for times in (0.0, 2.0):
         scene = WARM.replace(drag_temperature=times * WARM.kT, drag=0.5, rotational_drag=5e-4)
         run = mm.simulate(
-            scene, method="variational/middle", timestep=0.2, duration=2e4, record_interval=10,
+            scene, method="variational/middle", timestep=0.2, duration=1e4, record_interval=10,
             replicas=8,
         )  # fmt: skip
         found = mm.observables.mode_temperatures(run, burn_in=2e3)

@@ -168,7 +168,7 @@ def test_ranges_are_those_of_a_plain_loop_and_what_was_not_seen_is_named():
 @pytest.mark.parametrize("error", [0.1, 0.01, 1e-4])
 def test_promises_hold_for_a_double_pendulum(error):
     model, data = started(PENDULUM, [1.0, 0.5])
-    advice = mm.advise(model, data, quantity="joint two", duration=2.0, error=error, budget=30)
+    advice = mm.advise(model, data, quantity="joint two", duration=2.0, error=error, budget=10)
     assert advice.promised <= error
     own = loop(model, data, advice.method, advice.timestep, 2.0)[:, 1]
     truth = loop(model, data, "RK4", advice.timestep / 10, 2.0)[::10, 1][: len(own)]

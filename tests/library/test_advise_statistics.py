@@ -43,7 +43,7 @@ def test_chaos_limits_the_horizon_and_gives_statistics(capsys, monkeypatch):
 
 
 def test_runs_of_a_model_with_noise_follow_one_brownian_path(monkeypatch):
-    Clock(monkeypatch, step=2e-5)
+    Clock(monkeypatch, step=5e-5)
     with mm.magnetism():
         advice = mm.advise(*started(TRAP), quantity="joint slide", duration=5.0, budget=15)
         assert advice.method
@@ -171,7 +171,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
 
     monkeypatch.setattr(Thermal, "_ensemble", interrupted)
     model, data = started(BATH)
-    advice = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.1)
+    advice = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=200.0, error=0.1)
     assert all(row.seconds > 0 for row in advice.statistics)
     best = advice.for_statistics
     assert best == Point(advice.method, advice.timestep, advice.seconds, advice.promised)
@@ -180,7 +180,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
     assert f"advice: {advice.method} at" in text
     assert "no recommendation" not in text
     calls += [()] * 20
-    nothing = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=400.0)
+    nothing = mm.advise(model, data, quantity="joint slide", kT=1.0, duration=200.0)
     assert (nothing.method, nothing.statistics) == ("", ())
     assert "no recommendation: no reference was found in this time" in str(nothing)
 
@@ -192,7 +192,7 @@ def test_an_interruption_at_a_temperature_leaves_one_verdict(monkeypatch):
 ])  # fmt: skip
 def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
     clock, sample = Clock(monkeypatch, step=0.0), mm.Langevin.sample
-    steps, step = Thermal._steps, 5e-5
+    steps, step = Thermal._steps, 2e-4
 
     def stepped(self, splitting, factor, count):
         steps(self, splitting, factor, 1)
@@ -209,7 +209,7 @@ def test_a_temperature_keeps_to_the_budget(budget, sentence, monkeypatch):
     monkeypatch.setattr(mm.Langevin, "sample", sampled)
     model, data = started(BATH)
     advice = mm.advise(
-        model, data, quantity="joint slide", kT=1.0, duration=400.0, error=0.1, budget=budget
+        model, data, quantity="joint slide", kT=1.0, duration=100.0, error=0.1, budget=budget
     )
     assert clock.now < budget  # 0.11, 0.95, 39.4, 128
     assert sentence in str(advice)

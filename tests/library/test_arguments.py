@@ -4,6 +4,8 @@ import inspect
 import math
 import re
 import warnings
+from collections.abc import Callable
+from functools import cache
 from inspect import isclass
 from typing import Any
 
@@ -28,18 +30,19 @@ SWEEP = mm.sweep.Sweep(
 )
 
 
-def simulated(scene, **arguments):
-    return mm.simulate(scene, method="variational/baoab", **arguments)
+@cache
+def run_of(name) -> xr.Dataset:
+    """Return a run of a scene, or an ensemble; made when the first test needs it."""
+    if name == "ensemble":
+        return mm.ensemble(
+            DISK, method="variational/baoab", timestep=0.02, duration=20.0, replicas=8,
+            trajectories=8,
+        )  # fmt: skip
+    scene, timestep, duration = {
+        "top": (TOP, 0.01, 0.3), "motor": (MOTOR, 0.1, 10.0), "disk": (DISK, 0.01, 0.3)
+    }[name]  # fmt: skip
+    return mm.simulate(scene, method="variational/baoab", timestep=timestep, duration=duration)
 
-
-RUNS: dict[str, xr.Dataset] = {
-    "top": simulated(TOP, timestep=0.01, duration=0.3),
-    "motor": simulated(MOTOR, timestep=0.1, duration=10.0),
-    "disk": simulated(DISK, timestep=0.01, duration=0.3),
-    "ensemble": mm.ensemble(
-        DISK, method="variational/baoab", timestep=0.02, duration=20.0, replicas=8, trajectories=8
-    ),
-}
 
 WRONG = {
     "an object": object(),
@@ -78,7 +81,7 @@ SCENE_FUNCTIONS = {
     " velocity_noise_coefficient y_diffusion DiskTheory ReducedDisk",
 }
 TOPS, MOTORS, DISKS = (
-    {"run": RUNS[name], "scene": scene}
+    lambda name=name, scene=scene: {"run": run_of(name), "scene": scene}
     for name, scene in (("top", TOP), ("motor", MOTOR), ("disk", DISK))
 )
 TURNING = {"scene": TOP, "angular_velocity": VECTOR}
@@ -103,7 +106,7 @@ SPEC = mujoco.MjSpec.from_string("""
   <actuator><general name="current" site="tip"/></actuator>
 </mujoco>""")
 
-CALLS: dict[Any, dict[str, Any]] = {
+CALLS: dict[Any, dict[str, Any] | Callable[[], dict[str, Any]]] = {
     **{
         getattr(mm.theory, name): {"scene": scene}
         for scene, names in SCENE_FUNCTIONS.items()
@@ -131,8 +134,8 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.theory.DiskTheory(PARTICLE).mean_square: TIMES,
     mm.theory.DiskTheory(PARTICLE).variance: TIMES,
     mm.theory.DiskTheory(PARTICLE).correlation: {"lag": 1.0},
-    mm.observables.azimuth: {"run": RUNS["motor"]},
-    mm.observables.ring_attitude: {"run": RUNS["motor"]},
+    mm.observables.azimuth: lambda: {"run": run_of("motor")},
+    mm.observables.ring_attitude: lambda: {"run": run_of("motor")},
     mm.observables.censored_mean: {"values": [1.0, 2.0], "censored": [False, True]},
     mm.observables.critical_points: {"scene": TOP.replace(tilt=0.3), "time": 0.0},
     mm.observables.minimum: {"scene": TOP, "time": 0.0},
@@ -145,7 +148,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.flights: MOTORS,
     mm.observables.dwell_times: MOTORS,
     mm.observables.transitions: MOTORS,
-    mm.observables.mode_temperatures: {**MOTORS, "burn_in": 1.0},
+    mm.observables.mode_temperatures: lambda: {**MOTORS(), "burn_in": 1.0},
     mm.observables.momentum_balance: TOPS,
     mm.observables.energy_balance: TOPS,
     mm.observables.energy: {"scene": TOP, "states": STATES},
@@ -155,14 +158,14 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.observables.momentum_map: {**TURNING, "axis": VECTOR},
     mm.observables.slip_velocity: {**TURNING, "velocity": VECTOR},
     mm.observables.friction_torque: {"scene": TOP, "axis": VECTOR, "slip": VECTOR},
-    mm.observables.flight_survival: {"run": RUNS["ensemble"]},
+    mm.observables.flight_survival: lambda: {"run": run_of("ensemble")},
     mm.kinetic_temperature: STILL,
     mm.configurational_temperature: {**STILL, "forces": lambda data: -data.qpos},
     mm.metropolis: {
         "model": PENDULUM, "kT": 1.0, "samples": 2, "replicas": 2, "seed": 1, "record_interval": 1,
         "burn_in": 1, "potential": lambda data: 0.0, "initial": [0.0],
     },
-    mm.observables.local_slope: {"run": RUNS["ensemble"], "factor": 2.0},
+    mm.observables.local_slope: lambda: {"run": run_of("ensemble"), "factor": 2.0},
     mm.dipoles.field: {"points": VECTOR, "positions": POINTS, "moments": POINTS},
     mm.dipoles.wrench: DIPOLES,
     mm.dipoles.energy: DIPOLES,
@@ -191,11 +194,11 @@ CALLS: dict[Any, dict[str, Any]] = {
     },
     mm.methods: {"scene": DISK},
     mm.build: {"scene": DISK, "visual": False},
-    mm.scene_of: {"run": RUNS["disk"]},
-    mm.rerun: {"run": RUNS["disk"]},
+    mm.scene_of: lambda: {"run": run_of("disk")},
+    mm.rerun: lambda: {"run": run_of("disk")},
     mm.read_scene: {"path": "scene.toml"},
     mm.write_scene: {"scene": TOP, "path": "scene.toml"},
-    mm.to_table: {"data": RUNS["disk"], "rows": ["time"]},
+    mm.to_table: lambda: {"data": run_of("disk"), "rows": ["time"]},
     mm.Langevin: {
         "model": PENDULUM, "kT": 1.0, "splitting": "baoab", "friction": 1.0, "disable": ["limit"],
         "seed": 1, "path": mm.noise.BrownianPath(1, 0.002),
@@ -262,17 +265,17 @@ CALLS: dict[Any, dict[str, Any]] = {
     mm.apply_perturbation: {
         "model": MODEL, "data": mujoco.MjData(MODEL), "perturb": mujoco.MjvPerturb()
     },
-    mm.plots.overview: {**TOPS, "path": "top.png"},
-    mm.plots.MotorRun: {"name": "run", "data": RUNS["motor"]},
-    mm.plots.motor_overview: {
-        "run": mm.plots.MotorRun("run", RUNS["motor"]), "path": "motor.png", "others": []
+    mm.plots.overview: lambda: {**TOPS(), "path": "top.png"},
+    mm.plots.MotorRun: lambda: {"name": "run", "data": run_of("motor")},
+    mm.plots.motor_overview: lambda: {
+        "run": mm.plots.MotorRun("run", run_of("motor")), "path": "motor.png", "others": []
     },
     mm.plots.sweep: {"data": None, "path": "sweep.png"},
-    mm.render.movie: {**TOPS, "path": "top.mp4", "speed": 1.0},
-    mm.render.still: {**TOPS, "path": "top.png", "time": 0.1},
-    mm.render.contact_sheet: {
-        "runs": [RUNS["top"]], "scenes": [TOP], "labels": ["a"], "path": "sheet.mp4", "columns": 1,
-        "speed": 1.0,
+    mm.render.movie: lambda: {**TOPS(), "path": "top.mp4", "speed": 1.0},
+    mm.render.still: lambda: {**TOPS(), "path": "top.png", "time": 0.1},
+    mm.render.contact_sheet: lambda: {
+        "runs": [run_of("top")], "scenes": [TOP], "labels": ["a"], "path": "sheet.mp4",
+        "columns": 1, "speed": 1.0,
     },
     live.live_scene: {"scene": DISK, "method": "mujoco/euler", "timestep": 0.02, "seed": 1},
     live.LiveSimulation: {"model": MODEL, "panel": None, "seed": 0},
@@ -302,7 +305,10 @@ CALLS: dict[Any, dict[str, Any]] = {
         for kind in (mm.Top, mm.Motor, mm.Disk, mm.LangevinParticle)
     },
 }  # fmt: skip
-"""Valid arguments; None stands for results of sweeps, which other tests create."""
+"""Valid arguments, or a function that returns them.
+
+None stands for results of sweeps, which other tests create.
+"""
 
 RECORDS = {
     mm.Waypoint, mm.Recommendation, mm.Advice, mm.observables.CriticalPoint,
@@ -362,13 +368,14 @@ def name_of(function):
 @pytest.mark.parametrize("function", CALLS, ids=name_of)
 def test_what_an_argument_is_not(function, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    right = CALLS[function]
-    takes_disk = right.get("scene") is DISK or right.get("run") is RUNS["ensemble"]
+    given = CALLS[function]
+    right = given() if callable(given) else given
+    takes_disk = right.get("scene") is DISK or right.get("run") is run_of("ensemble")
     silent, raw = [], []
     for name in right:
         others = {
             "a scene of another class": other_scene(function),
-            "a run of another scene": RUNS["top" if takes_disk else "disk"],
+            "a run of another scene": run_of("top" if takes_disk else "disk"),
         }
         for what, value in {**WRONG, **others, **PERHAPS}.items():
             if (function, name, what) in RIGHT_ALL_THE_SAME or (
@@ -412,17 +419,17 @@ def test_a_picture_is_written_where_it_can_be(path, tmp_path, monkeypatch):
         folder.mkdir()
     picture, film = (path if "." in path else path + suffix for suffix in (".png", ".mp4"))
     with refused("path"):
-        mm.plots.overview(RUNS["top"], None, picture)
+        mm.plots.overview(run_of("top"), None, picture)
     with refused("path"):
-        mm.render.movie(RUNS["top"], TOP, film)
+        mm.render.movie(run_of("top"), TOP, film)
     assert {*tmp_path.iterdir()} == folders
 
 
 def test_a_picture_takes_the_runs_own_scene(tmp_path):
-    mm.plots.overview(RUNS["top"], None, tmp_path / "top.png")
+    mm.plots.overview(run_of("top"), None, tmp_path / "top.png")
     assert (tmp_path / "top.png").stat().st_size > 10_000
     with refused("scene.friction"):
-        mm.plots.overview(RUNS["top"], TOP.replace(friction=0.5), tmp_path / "other.png")
+        mm.plots.overview(run_of("top"), TOP.replace(friction=0.5), tmp_path / "other.png")
 
 
 def test_nothing_has_no_rows():

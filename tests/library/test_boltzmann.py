@@ -206,7 +206,9 @@ def test_one_chain_is_as_good_as_many(arm):
 def pendulum(kT, samples=1000, **options):
     """Return a double pendulum and 16 times as many positions."""
     model = load(DOUBLE)
-    run = mm.metropolis(model, kT, samples=samples, seed=1, record_interval=4, **options)
+    run = mm.metropolis(
+        model, kT, samples=samples, seed=1, record_interval=4, burn_in=300, **options
+    )
     return model, run
 
 
@@ -223,13 +225,9 @@ def score(drawn, kT):
 
 
 def test_configurational_temperature(double):
-    assert abs(score(double, 5)) < SIGMAS  # 1.0
-
-
-def test_ten_percent_are_detected():
-    hot = pendulum(5.5)
-    assert abs(score(hot, 5.5)) < SIGMAS  # 0.1
-    assert score(hot, 5) > SIGMAS  # 7.6
+    """Which is not 10 % lower."""
+    assert abs(score(double, 5)) < SIGMAS  # 0.003
+    assert score(double, 4.5) > SIGMAS  # 8.8
 
 
 def test_the_law_without_the_mass_matrix_is_detected():
@@ -240,7 +238,7 @@ def test_the_law_without_the_mass_matrix_is_detected():
     def wrong(data):
         return energy(data) - 15 / 2 * float(np.log(data.qLDiagInv).sum())
 
-    assert abs(score(pendulum(15.0, 700, potential=wrong), 15)) > 2 * SIGMAS  # 14
+    assert abs(score(pendulum(15.0, 700, potential=wrong), 15)) > 2 * SIGMAS  # 17
 
 
 def test_configurational_temperature_of_a_ball_joint(arm):
@@ -248,10 +246,10 @@ def test_configurational_temperature_of_a_ball_joint(arm):
 
 
 def test_configurational_temperature_of_every_kind_of_force():
-    """Of all but dipoles, whose energy takes long; 16 x 100 positions."""
+    """Of all but dipoles, whose energy takes long; 16 x 50 positions."""
     model = load(EVERYTHING.replace("dipoles ", ""))
-    run = mm.metropolis(model, 3, samples=100, burn_in=250, record_interval=2, seed=1)
-    assert abs(score((model, run), 3)) < SIGMAS  # 0.3
+    run = mm.metropolis(model, 3, samples=50, burn_in=150, record_interval=2, seed=1)
+    assert abs(score((model, run), 3)) < SIGMAS  # 0.1; the error is 8 %
 
 
 def test_configurational_temperature_of_dipoles():

@@ -120,47 +120,51 @@ MATERIALS = [
 
 
 @pytest.mark.parametrize(
-    ("gap", "spin", "pose", "fixed", "integrator"), pairwise((0, 2), (0, 1), POSES, FIXED, METHODS)
+    ("material", "integrator", "gap", "spin", "pose", "fixed"),
+    pairwise(MATERIALS, METHODS, (0, 2), (0, 1), POSES, FIXED),
 )
-def test_at_the_proposed_settings_balls_stick(gap, spin, pose, fixed, integrator):
+def test_at_the_proposed_settings_balls_stick(material, integrator, gap, spin, pose, fixed):
     """`gap` is in radii, `spin` in units of their own rate."""
-    for radius, factor, remanence in MATERIALS:
-        density = factor * NEODYMIUM
-        model = pair(radius, gap=gap * radius, fixed=fixed, pose=pose, remanence=remanence,
-                     density=density, option=f'integrator="{integrator}"')  # fmt: skip
-        assert mm.check(model, fix=True).findings
-        again = mm.check(model)
-        assert again.findings == ()
-        time, depth_of_well = own_time(radius, remanence, density, fixed)
-        with mm.magnetism():
-            distances, energies = motion(model, (30 + 20 * gap) * time, spin / time)
-        penetrations = (2 * radius - distances) / radius
-        assert -0.005 < penetrations[-1] < 0.05  # -0.0009 .. 0.021
-        assert penetrations.max() < (0.25 if gap else 0.05)  # 0.24, 0.045
-        assert energies.max() - energies[0] < 0.02 * depth_of_well  # 0.005
-        growth = growth_after_touch(penetrations[::4], energies[1:])
-        assert growth < 0.1 * depth_of_well  # 0.052; a contact that pushes 5 % back works 0.045
-        assert str(again).startswith("nothing to fix")
+    radius, factor, remanence = material
+    density = factor * NEODYMIUM
+    model = pair(radius, gap=gap * radius, fixed=fixed, pose=pose, remanence=remanence,
+                 density=density, option=f'integrator="{integrator}"')  # fmt: skip
+    assert mm.check(model, fix=True).findings
+    again = mm.check(model)
+    assert again.findings == ()
+    time, depth_of_well = own_time(radius, remanence, density, fixed)
+    with mm.magnetism():
+        distances, energies = motion(model, (30 + 20 * gap) * time, spin / time)
+    penetrations = (2 * radius - distances) / radius
+    assert -0.005 < penetrations[-1] < 0.05  # -0.0009 .. 0.021
+    assert penetrations.max() < (0.25 if gap else 0.05)  # 0.24, 0.045
+    assert energies.max() - energies[0] < 0.02 * depth_of_well  # 0.005
+    growth = growth_after_touch(penetrations[::4], energies[1:])
+    assert growth < 0.1 * depth_of_well  # 0.052; a contact that pushes 5 % back works 0.045
+    assert str(again).startswith("nothing to fix")
 
 
 @pytest.mark.parametrize(
-    ("pose", "shape", "fixed", "integrator"), pairwise(POSES, ("box", "cylinder"), FIXED, METHODS)
+    ("material", "integrator", "gap", "pose", "shape", "fixed"),
+    pairwise(MATERIALS[::5], METHODS, (0, 2), POSES, ("box", "cylinder"), FIXED),
 )
-def test_at_the_proposed_settings_magnets_with_flat_faces_stick(pose, shape, fixed, integrator):
-    for (radius, factor, remanence), gap in itertools.product(MATERIALS[::5], (0, 2)):
-        model = pair(radius, gap=gap * radius, fixed=fixed, pose=pose, remanence=remanence,
-                     density=factor * NEODYMIUM, shape=shape,
-                     option=f'integrator="{integrator}"')  # fmt: skip
-        mm.check(model, fix=True)
-        again = mm.check(model)
-        assert again.findings == ()
-        time, depth_of_well = own_time(radius, remanence, factor * NEODYMIUM, fixed)
-        with mm.magnetism():
-            distances, energies = motion(model, (30 + 20 * gap) * time, 0.1 / time * (gap == 0))
-        penetrations = (2 * radius - distances) / radius
-        assert 0 < penetrations[-1] < 0.05  # 0.0001 .. 0.0011
-        assert penetrations.max() < 0.25  # 0.09
-        assert energies.max() - energies[0] < 6e-4 * depth_of_well  # 3e-5
+def test_at_the_proposed_settings_magnets_with_flat_faces_stick(
+    material, integrator, gap, pose, shape, fixed
+):
+    radius, factor, remanence = material
+    model = pair(radius, gap=gap * radius, fixed=fixed, pose=pose, remanence=remanence,
+                 density=factor * NEODYMIUM, shape=shape,
+                 option=f'integrator="{integrator}"')  # fmt: skip
+    mm.check(model, fix=True)
+    again = mm.check(model)
+    assert again.findings == ()
+    time, depth_of_well = own_time(radius, remanence, factor * NEODYMIUM, fixed)
+    with mm.magnetism():
+        distances, energies = motion(model, (30 + 20 * gap) * time, 0.1 / time * (gap == 0))
+    penetrations = (2 * radius - distances) / radius
+    assert 0 < penetrations[-1] < 0.05  # 0.0001 .. 0.0011
+    assert penetrations.max() < 0.25  # 0.09
+    assert energies.max() - energies[0] < 6e-4 * depth_of_well  # 3e-5
 
 
 def predicted(finding):

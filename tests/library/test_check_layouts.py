@@ -5,6 +5,7 @@ magpylib's, by cells, with an error of 0.6 percent.
 """
 
 import itertools
+from functools import cache
 from typing import Any
 
 import magpylib
@@ -70,8 +71,10 @@ def force_by_cells(magnet, offset, turn, cells) -> Any:
     return magpylib.getFT(source, target, meshing=cells, eps=1e-7)[0]
 
 
+@cache
 def true_force(magnet, offset, turn):
     """Force of two touching magnets along the offset."""
+    offset = np.array(offset)
     if magnet.shape == "cuboid":
         force = force_of_cuboids(magnet, offset, -1 if turn else 1)
     else:
@@ -103,7 +106,7 @@ def forces(magnet, layout):
         flip = np.array([-1, 1, -1]) if turn else np.ones(3)
         force, _ = dipoles.wrench(points * flip + offset, moments * flip, points, moments)
         along = -force.sum(axis=0) @ offset / np.linalg.norm(offset)
-        yield float(along), -float(true_force(magnet, offset, turn))
+        yield float(along), -float(true_force(magnet, tuple(offset), turn))
 
 
 TOUCHING = [

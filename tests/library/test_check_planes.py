@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 from only_meeting import meeting
+from pairwise import pairwise
 
 import magmotor as mm
 from magmotor.mjcf.checking.closest_approach import meetings
@@ -160,24 +161,28 @@ VOLUMES = {"sphere": 4 / 3 * np.pi, "box": 8, "cylinder": 2 * np.pi}
 MATERIALS = [(1e-3, 7500, 1.45), (5e-3, 2250, 1.45), (20e-3, 75000, 1.45), (5e-3, 7500, 0.3)]
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "RK4"])
-def test_at_the_proposed_settings_magnets_stick_to_a_plane(integrator, shape):
-    """From touch, and from twice the distance at touch above."""
-    for (r, density, remanence), gap in itertools.product(MATERIALS, (0, 2)):
-        model = load(
-            r, r, moment=remanence * VOLUMES[shape] * r**3 / MU0, shape=shape,
-            density=density, points=SHAPES[shape], option=f'integrator="{integrator}"',
-        )  # fmt: skip
-        approach = meeting(model)[1].approach
-        model.qpos0[2] += gap * approach.distance
-        assert mm.check(model, fix=True).findings
-        assert mm.check(model).findings == ()
-        heights, energies = run(model, (20 + 10 * gap) * approach.time)
-        penetrations = 1 - heights / r
-        assert 0 < penetrations[-1] < 0.05  # 0.0024 .. 0.045
-        assert penetrations.max() < (0.3 if gap else 0.1)  # 0.26, 0.08
-        assert energies.max() - energies[0] < 0.01 * approach.force * approach.distance / 3  # 4e-4
+INTEGRATORS = "Euler", "implicitfast", "RK4"
+
+
+@pytest.mark.parametrize(
+    ("material", "integrator", "shape", "gap"), pairwise(MATERIALS, INTEGRATORS, [*SHAPES], (0, 2))
+)
+def test_at_the_proposed_settings_magnets_stick_to_a_plane(material, integrator, shape, gap):
+    """From touch, or from twice the distance at touch above; `MATERIALS` also have sizes."""
+    r, density, remanence = material
+    model = load(
+        r, r, moment=remanence * VOLUMES[shape] * r**3 / MU0, shape=shape,
+        density=density, points=SHAPES[shape], option=f'integrator="{integrator}"',
+    )  # fmt: skip
+    approach = meeting(model)[1].approach
+    model.qpos0[2] += gap * approach.distance
+    assert mm.check(model, fix=True).findings
+    assert mm.check(model).findings == ()
+    heights, energies = run(model, (20 + 10 * gap) * approach.time)
+    penetrations = 1 - heights / r
+    assert 0 < penetrations[-1] < 0.05  # 0.0024 .. 0.045
+    assert penetrations.max() < (0.3 if gap else 0.1)  # 0.26, 0.08
+    assert energies.max() - energies[0] < 0.01 * approach.force * approach.distance / 3  # 4e-4
 
 
 def outcome(model, duration):

@@ -9,6 +9,7 @@ import pytest
 import magmotor as mm
 from magmotor.mjcf.checking.check import SOUND
 from magmotor.mjcf.checking.frequencies import largest_stiffness
+from magmotor.mjcf.checking.motion_findings import fast_joints
 
 ROTOR = """
 <mujoco>
@@ -151,5 +152,7 @@ def test_the_shipped_models_have_no_such_finding():
     files = [file for file in files if "hand/coil" not in file.read_text()]  # a part of a model
     models = [mujoco.MjModel.from_xml_path(str(file)) for file in files]
     for model in (*models, mm.build(mm.Disk())):
-        assert not any("potential," in finding for finding in mm.check(model).findings)
+        state = mujoco.MjData(model)
+        mujoco.mj_fwdPosition(model, state)
+        assert [*fast_joints(model, state)] == []
     assert len(files) > 10

@@ -26,7 +26,7 @@ from test_friction import TREE
 import magmotor as mm
 from magmotor import noise
 from magmotor.common.environment import data_folder
-from magmotor.mjcf.langevin import loop_calls
+from magmotor.mjcf.langevin import loop_calls, relaxation
 from magmotor.mjcf.langevin.baths import read_friction
 from magmotor.mjcf.langevin.friction import ON_JOINTS, dampers, friction_matrix, model_friction
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
@@ -479,14 +479,14 @@ def test_many_contacts_of_one_body_are_stable():
     with pytest.warns(UserWarning, match="softened"):
         langevin = mm.Langevin(model, kT=1e-3)
     run = langevin.sample(
-        5000 * langevin.timestep,
+        2000 * langevin.timestep,
         replicas=16,
         record_interval=20,
-        burn_in=1000 * langevin.timestep,
+        burn_in=500 * langevin.timestep,
     )
     found = mm.kinetic_temperature(model, run)
-    # (omega h)^2/4 = 0.19 and 5 standard errors of 16 replicas, 0.022 each.
-    assert abs(float(found.total) - 1e-3) < 0.3e-3  # 0.23e-3
+    # (omega h)^2/4 = 0.19 and 5 standard errors of 16 replicas, 0.035 each.
+    assert abs(float(found.total) - 1e-3) < 0.37e-3  # 0.29e-3
 
 
 def test_a_langevin_can_be_copied():
@@ -617,7 +617,7 @@ def test_a_speed_of_which_mujoco_warns_is_lost(method):
 def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatch):
     """At 20 ms the limit would be unstable; it is softened to an oscillation of 0.5 / h.
 
-    However its stiffness is declared, the forces are the same; 32 000 records of one, 16 replicas.
+    However its stiffness is declared, the forces are the same; 16 000 records of one, 16 replicas.
     4 standard errors of the mean position are exceeded in 1e-3 of seeds.
     """
     found = []
@@ -637,17 +637,15 @@ def test_constraints_that_are_too_stiff_for_the_timestep_are_softened(monkeypatc
     assert stiffness * 0.02**2 == pytest.approx(0.25, rel=1e-6)  # at rest; the mass is 1
     assert langevin.largest_timestep(data) == pytest.approx(0.08, rel=1e-4)  # 2/omega
     run = langevin.sample(
-        20_000 * langevin.timestep,
+        10_000 * langevin.timestep,
         replicas=16,
         record_interval=10,
         burn_in=1000 * langevin.timestep,
     )
     found = mm.kinetic_temperature(model, run)
-    truth = mm.metropolis(
-        langevin.effective_model, 0.3, samples=2000, replicas=8, record_interval=5
-    )
-    # The velocity's own error is of second order in h; the standard error is 0.9 %.
-    assert float(found.total) == pytest.approx(0.3, rel=0.04)  # 0.021
+    truth = mm.metropolis(langevin.effective_model, 0.3, samples=800, replicas=8, record_interval=5)
+    # The velocity's own error is of second order in h; the standard error is 1.3 %.
+    assert float(found.total) == pytest.approx(0.3, rel=0.06)  # 0.024
     means = [one.qpos.values.mean(axis=(1, 2)) for one in (run, truth)]
     errors = [each.std(ddof=1) / np.sqrt(len(each)) for each in means]
     difference = means[0].mean() - means[1].mean()
@@ -870,9 +868,14 @@ def test_of_positions_nothing_is_said_while_another_one_is_driven_away():
         langevin.sample(10 * langevin.timestep, burn_in=20 * langevin.timestep, initial=data)
 
 
-@pytest.mark.parametrize(("count", "said"), [(500, "joint 'j0': .* 99.9 % .* at 0.01 "), (501, "")])
-def test_friction_that_joins_velocities_is_seen_of_at_most_500(count, said):
-    """Two of the velocities relax together at 0.01 per s, although each alone does at 500 per s."""
+@pytest.mark.parametrize(("count", "said"), [(50, "joint 'j0': .* 99.9 % .* at 0.01 "), (51, "")])
+def test_friction_that_joins_velocities_is_seen_of_at_most_500(count, said, monkeypatch):
+    """Two of the velocities relax together at 0.01 per s, although each alone does at 500 per s.
+
+    Here of at most 50, which takes a thousandth of the time.
+    """
+    assert relaxation.LARGEST_MATRIX == 500
+    monkeypatch.setattr(relaxation, "LARGEST_MATRIX", 50)
     slides = "".join(
         f'<body pos="{k} 0 0"><joint name="j{k}" type="slide"/>'
         '<geom size="0.1" mass="1" contype="0"/></body>'

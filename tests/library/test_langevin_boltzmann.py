@@ -57,7 +57,7 @@ DAMPING = np.array([3, 9, 0.5, 2])
 BATHS = {"a": 1.0, "b": 3.0, "c": 0.2, "t": 2.0}
 
 
-REPLICAS = 1000
+REPLICAS = 500
 
 
 def deviation(series, expected):
@@ -79,12 +79,12 @@ def covariance_error(samples, expected):
 
 
 @pytest.mark.parametrize("splitting", ["baoab", "obabo"])
-@pytest.mark.parametrize("size", [0.05, 1.0, 100.0])
+@pytest.mark.parametrize("size", [0.2, 1.0, 100.0])
 def test_friction_and_noise_are_exact_for_any_timestep(splitting, size):
     """The law of velocities without forces, and the Kolmogorov-Smirnov test of each.
 
-    From 1000 independent replicas, 9 entries and 3 tests in each of 6 cases: a false alarm once in
-    4000. Measured: at most 2.4 standard errors, and p of at least 0.02.
+    From 500 independent replicas, 9 entries and 3 tests in each of 6 cases: a false alarm once in
+    4000. Measured: at most 2.1 standard errors, and p of at least 0.05.
     """
     rates = scipy.linalg.eigvalsh((ROWS.T * DAMPING) @ ROWS, INERTIA)
     model = slides(size / rates[-1])
@@ -117,7 +117,7 @@ def baoab_map(h, spring):
 def test_several_baths_against_lyapunovs_equations(size):
     """Stationary covariance of the linear map, and the heat that flows between four baths.
 
-    1000 independent replicas. Measured: at most 2.7 standard errors.
+    500 independent replicas. Measured: at most 2.4 standard errors.
     """
     spring = 40.0
     h = size / math.sqrt(scipy.linalg.eigvalsh(spring * np.eye(3), INERTIA)[-1])
@@ -326,18 +326,18 @@ def test_replicas_are_independent():
 
 @pytest.mark.parametrize("name", ["pendulum", "double pendulum", "cart-pole", "limits"])
 def test_positions_against_quadrature(name):
-    """BAOAB at omega h = 1, from 32 replicas of 7000 or 13 000 steps.
+    """BAOAB at omega h = 1, from 32 replicas of 3500 or 6500 steps.
 
     The bias of <V> above rest and of each <1 - cos> (or <x^2>) is less than 1 %, beyond 4 standard
-    errors (a false alarm once in 1000 at a bias of 1 %); one of 7 % is seen in 99 of 100 runs.
-    Measured: at most 1.3 %; the charts have smaller errors.
+    errors (a false alarm once in 1000 at a bias of 1 %); one of 10 % is seen in 99 of 100 runs.
+    Measured: at most 1.7 %; the charts have smaller errors.
     """
     law = Law(TREES[name])
     exact = by_quadrature(law, 80)  # as by 160, to 5e-4 beside the kinks of the limits
-    run = sampled(law, 1.0, 13_000 if name == "limits" else 7000)
+    run = sampled(law, 1.0, 6500 if name == "limits" else 3500)
     for observable, series in law.observables(run.qpos.values).items():
         mean, error = mean_and_error(series / exact[observable])
-        assert error < 0.01, observable
+        assert error < 0.014, observable
         assert abs(mean - 1) < 0.01 + 4 * error, observable
 
 
@@ -390,19 +390,19 @@ METROPOLIS: dict[str, dict[str, tuple[float, float]]] = {
 
 @pytest.mark.parametrize("name", METROPOLIS)
 def test_positions_against_the_metropolis_algorithm(name):
-    """The same from 32 replicas of 2000 steps, or of 4000 where the motion is slow.
+    """The same from 32 replicas of 1000 steps, or of 2000 where the motion is slow.
 
-    By chance, at a bias of 1 %, each of 28 deviations is too large once in 15000; a bias of 10 % of
-    an energy, or of 18 % of an angle, is seen in 99 of 100 runs.
+    By chance, at a bias of 1 %, each of 28 deviations is too large once in 15000; a bias of 15 % of
+    an energy, or of 29 % of an angle, is seen in 99 of 100 runs.
     """
     law = Law(TREES[name])
     exact = METROPOLIS[name]
-    run = sampled(law, 1.0, 4000 if name in ("six links in 3-D", "tendons") else 2000)
+    run = sampled(law, 1.0, 2000 if name in ("six links in 3-D", "tendons") else 1000)
     for observable, series in law.observables(run.qpos.values).items():
         mean, error = mean_and_error(series)
         truth_mean, truth_error = exact[observable]
         error = math.hypot(error, truth_error) / truth_mean
-        assert error < (0.015 if observable == "V/kT" else 0.03), observable
+        assert error < (0.022 if observable == "V/kT" else 0.045), observable
         assert abs(mean / truth_mean - 1) < 0.01 + 4 * error, observable
 
 

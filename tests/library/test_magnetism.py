@@ -5,8 +5,6 @@ import ctypes
 import inspect
 import pickle
 import re
-import subprocess
-import sys
 import threading
 import warnings
 
@@ -833,14 +831,6 @@ def _key(compiled):
 
 def _index(compiled):
     return compiled._cache.files.stem
-
-
-def test_a_second_process_loads_the_callback_from_disk():
-    callbacks.compiled_callback()
-    code = "from magmotor.mjcf import callbacks; print(callbacks.compiled_callback().cache_hits)"
-    command = [sys.executable, "-c", code]
-    second = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert second.stdout == "1\n"
 
 
 def test_a_new_model_where_an_older_one_was_is_not_taken_for_it(monkeypatch):

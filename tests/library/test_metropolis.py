@@ -164,7 +164,7 @@ def test_double_pendulum():
 def test_body_on_a_pivot():
     """<z> of the center of mass is by Langevin's function; the axis across it has no preference."""
     kT = 0.2
-    run = sampled(BALL, kT, samples=800, replicas=16, record_interval=5)
+    run = sampled(BALL, kT, samples=400, replicas=16, record_interval=5, burn_in=300)
     w, x, y, z = np.moveaxis(run.qpos.values, -1, 0)
     # The third row of the rotation matrix: the height of the body's axes.
     heights = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x**2 + y**2)], axis=-1)
@@ -180,7 +180,7 @@ def test_body_on_a_pivot():
 def test_cart_pole():
     """det M = (0.2 + 1)(0.01 + 0.25) - 0.25 cos^2."""
     kT = 3.0
-    run = sampled(CART, kT, samples=800, replicas=16, record_interval=4)
+    run = sampled(CART, kT, samples=400, replicas=16, record_interval=4, burn_in=300)
     angle = np.linspace(-np.pi, np.pi, 400, endpoint=False)
     energy = 0.5 * GRAVITY * np.cos(angle)
     volume = 1.2 * 0.26 - 0.25 * np.cos(angle) ** 2
@@ -199,7 +199,7 @@ def test_cart_pole():
 def test_chain_of_springs():
     """V is a quadratic form, whose mean is 3 kT/2 above its minimum."""
     kT = 0.7
-    run = sampled(CHAIN, kT, samples=600, replicas=16, record_interval=5)
+    run = sampled(CHAIN, kT, samples=300, replicas=16, record_interval=5, burn_in=300)
     tendon = np.array([1.0, 0.0, 2.0])
     stiffness = np.diag([100.0, 200.0, 50.0]) + 80 * np.outer(tendon, tendon)
     force = 80 * 0.1 * tendon - GRAVITY * np.array([6.0, 5.0, 3.0])
@@ -218,7 +218,7 @@ def test_chain_of_springs():
 
 def test_free_body_on_a_spring():
     """<V> is 3 kT/2 at any stiffness; the attitude is uniform, and adapts its own step."""
-    run = sampled(FREE, 0.5, samples=600, replicas=16, record_interval=5)
+    run = sampled(FREE, 0.5, samples=300, replicas=16, record_interval=5)
     assert [*run.move.values] == ["stone: position", "stone: rotation", "all"]
     assert deviation(run.potential_energy, 0.75) < SIGMAS
     w, x, y, z = np.moveaxis(run.qpos.values[..., 3:], -1, 0)
@@ -234,7 +234,7 @@ def test_free_body_on_a_spring():
 def test_needle_with_a_potential():
     """V = m B cos q + a sin 2q + b cos 2q with B = mu0/(4 pi) 3/0.2^3."""
     kT = 2e-6
-    run = sampled(NEEDLE, kT, samples=400, replicas=16, record_interval=3, burn_in=300)
+    run = sampled(NEEDLE, kT, samples=200, replicas=16, record_interval=3, burn_in=300)
     angle = np.linspace(-np.pi, np.pi, 400, endpoint=False)
     energy = 0.2e-7 * 3 / 0.2**3 * np.cos(angle)
     energy = energy + 2e-6 * np.sin(2 * angle) + 1e-6 * np.cos(2 * angle)

@@ -93,9 +93,7 @@ def run():
     return mm.simulate(mm.Top(), method="variational/verlet", timestep=0.1, duration=5.0)
 
 
-@pytest.mark.parametrize(
-    ("suffix", "begins"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")]
-)
+@pytest.mark.parametrize(("suffix", "begins"), [("pdf", b"%PDF"), ("svg", b"<?xml")])
 def test_the_suffix_sets_the_format(run, tmp_path, suffix, begins):
     path = tmp_path / f"top.{suffix}"
     mm.plots.overview(run, None, path)
@@ -104,10 +102,10 @@ def test_the_suffix_sets_the_format(run, tmp_path, suffix, begins):
 
 def test_dpi_sets_the_size_and_is_checked(run, tmp_path):
     path = tmp_path / "top.png"
-    for dpi in (30, 60):
-        mm.plots.overview(run, None, path, dpi=dpi)
-        with Image.open(path) as picture:
-            assert picture.size == (11.0 * dpi, 5.5 * dpi)
-            assert picture.info["dpi"] == pytest.approx((dpi, dpi), abs=0.1)  # 0.01: a PNG's unit
+    mm.plots.overview(run, None, path, dpi=30)
+    with Image.open(path) as picture:
+        assert picture.format == "PNG"
+        assert picture.size == (330, 165)
+        assert picture.info["dpi"] == pytest.approx((30, 30), abs=0.1)  # 0.01: a PNG's unit
     with refused("dpi"):
         mm.plots.overview(run, None, path, dpi=5)

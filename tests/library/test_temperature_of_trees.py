@@ -80,12 +80,12 @@ def test_rows_against_the_drag_of_a_fluid(links, seconds):
     assert abs(mean - 1) < 5 * error
 
 
-@pytest.mark.parametrize(("links", "seconds"), [(2, 60), (6, 30)])
+@pytest.mark.parametrize(("links", "seconds"), [(2, 30), (6, 15)])
 def test_joint_noise_against_damping_of_joints_and_a_fluid(links, seconds):
-    """Measured: 0.980(54) and 0.993(25)."""
+    """Measured: 0.939(57) and 0.980(41)."""
     model = chain(links, viscosity=10, damping=0.02).compile()
     mean, error = temperature(model, KT, seconds, driven_by(mm.JointNoise(model, KT, seed=1)))
-    assert error < 0.07  # 0.054, 0.025
+    assert error < 0.1  # 0.057, 0.041
     assert abs(mean - 1) < 5 * error
 
 

@@ -372,13 +372,18 @@ def test_examples_are_listed_shown_and_run(run, tmp_path, monkeypatch):
     assert out.startswith((EXAMPLES / "compass_needles.py").read_text())
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.delitem(sys.modules, "support", raising=False)
-    code, _, _ = run("examples", "run", "compass_needles", "--out", "needles.png")
+    flags = ("--duration", "4", "--out")
+    code, _, _ = run("examples", "run", "compass_needles", *flags, "needles.png")
     assert code == 0
     assert (tmp_path / "needles.png").exists()
     assert run("examples", "copy", "mine")[:2] == (0, "copied the examples to mine\n")
     names = {path.name for path in EXAMPLES.iterdir() if path.suffix in {".py", ".xml"}}
     assert {path.name for path in (tmp_path / "mine").iterdir()} == names
-    subprocess.run([sys.executable, "mine/compass_needles.py", "--help"], check=True, timeout=300)
+    program = [sys.executable, "-W", "error", "mine/compass_needles.py", *flags, "mine.png"]
+    done = subprocess.run(program, capture_output=True, text=True, timeout=300, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "theory: 24.77" in done.stdout
+    assert (tmp_path / "mine.png").exists()
     _, _, err = run("examples", "copy", "mine")
     assert err == "magmotor examples: folder = 'mine': must be the path of a new folder\n"
 

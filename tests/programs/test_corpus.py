@@ -56,7 +56,7 @@ def packages(tmp_path):
 
 
 PROGRAMS = """
-import json, os, sys, time
+import gc, json, os, sys, time, traceback
 sys.path.append("tests")
 import trials.corpus.__main__, trials.corpus.acceptance, trials.corpus.advice
 import trials.corpus.processes, trials.corpus.stability
@@ -64,6 +64,7 @@ from trials.corpus.acceptance import HINGE, mm, mujoco
 
 with mm.magnetism():
     mm.Langevin(mujoco.MjModel.from_xml_string(HINGE), kT=1.0, seed=1)
+gc.freeze()
 for line in sys.stdin:
     name, before, arguments, files = json.loads(line)
     program = sys.modules[f"trials.corpus.{name}"]
@@ -72,8 +73,16 @@ for line in sys.stdin:
         for number, file in enumerate(files, start=1):
             os.dup2(os.open(file, os.O_WRONLY | os.O_CREAT), number)
         sys.argv[1:] = arguments
-        exec(before)
-        sys.exit(program.main())
+        code = 1
+        try:
+            exec(before)
+            code = program.main()
+        except SystemExit as end:
+            code = end.code
+        except BaseException:
+            traceback.print_exc()
+        sys.stdout.flush()
+        os._exit(code or 0)  # without taking down all that has been loaded
     print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
 """Runs a program in a fork for each line of input, since loading takes longer than most."""

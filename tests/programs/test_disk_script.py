@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 import magmotor as mm
+from magmotor.common import style
 from magmotor.observables import d_diffusion, flight_survival, local_slope
 from magmotor.theory import DiskTheory
 from paper.disk.pictures import FIGURES
@@ -48,7 +49,23 @@ def interrupt(monkeypatch, number):
     monkeypatch.setattr(mm, "ensemble", ensemble)
 
 
+@pytest.fixture
+def first_picture(monkeypatch):
+    """Draw all figures, but write only the first as pixels; test_errata_disk.py writes each."""
+    save, saved = style.save, []
+
+    def brief(figure, path, *arguments, **options):
+        saved.append(figure)
+        if len(saved) == 1:
+            save(figure, path, *arguments, **options)
+        else:
+            Path(path).touch()
+
+    monkeypatch.setattr(style, "save", brief)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("first_picture")
 def test_all_figures_datasets_and_numbers(run_script, tmp_path):
     code, said, errors = run_script("disk", *SHORT, tmp_path)
     assert (code, errors) == (0, "")
@@ -59,6 +76,7 @@ def test_all_figures_datasets_and_numbers(run_script, tmp_path):
     flat = xr.load_dataset(tmp_path / "disk_flat.nc")
     assert mm.scene_of(flat) == mm.Disk(potential="flat")
     assert flat.sizes["replica"] == flat.sizes["path_replica"] == 256
+    assert (tmp_path / "disk.png").stat().st_size > 10_000
     for text in ("in the limit 2500)", "in the limit 277.8)"):
         assert text in said
     number = r"([\d.e+]+)"

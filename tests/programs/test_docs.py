@@ -8,6 +8,7 @@ import runpy
 import shlex
 import sys
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -63,7 +64,24 @@ def named(pages):
     return [pytest.param(page, id=str(page.relative_to(ROOT))) for page in pages]
 
 
+@pytest.fixture
+def cheap(monkeypatch):
+    """Compute sweeps by a thread, and draw movies of few, small frames."""
+    run, movie = mm.sweep.run, mm.render.movie
+
+    def by_a_thread(*arguments, **options):
+        with ThreadPoolExecutor(1) as executor:
+            return run(*arguments, **{"executor": executor, "workers": 1} | options)
+
+    def small(*arguments, **options):
+        return movie(*arguments, **{"size": (320, 180), "fps": 10} | options)
+
+    monkeypatch.setattr(mm.sweep, "run", by_a_thread)
+    monkeypatch.setattr(mm.render, "movie", small)
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("cheap")
 @pytest.mark.parametrize("page", named([page for page in PAGES if page.name in WHOLE]))
 def test_blocks_run_and_print_the_output_shown(page, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

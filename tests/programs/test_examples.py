@@ -2,7 +2,6 @@
 
 import importlib
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -189,9 +188,9 @@ def test_the_chain_has_the_temperature_and_the_law_of_boltzmann(example):
     next_ones = np.sum(links[:, :, 1:] * links[:, :, :-1], axis=-1)
     each = np.concatenate([-links[..., 2], next_ones], axis=-1).mean(axis=1)
     mean, error = each.mean(axis=0), each.std(axis=0, ddof=1) / 4
-    law, uncertainty = cosines_of_a_chain(chain, model, 40_000)
+    law, uncertainty = cosines_of_a_chain(chain, model, 10_000)
     off = abs(mean - law) / np.hypot(error, uncertainty)
-    assert off.max() < 5  # 2.3; 8.2 without the factor sqrt(det M), 6.0 at 1.1 kT
+    assert off.max() < 5  # 1.6; 6.9 without the factor sqrt(det M), 5.7 at 1.1 kT
     kinetic = mm.kinetic_temperature(model, run)
     off = abs(kinetic.temperature / chain.KT - 1) / (kinetic.error / chain.KT)
     assert off.max() < 5  # 1.1
@@ -463,14 +462,14 @@ def test_the_screw_has_the_temperature_of_the_water(example):
 @pytest.mark.parametrize(
     ("name", "few", "numerics"),
     [
-        ("thermal_chain", {"FRAMES": 3}, {"duration": 1.0}),
+        ("thermal_chain", {"FRAMES": 3, "REPLICAS": 4, "IN_MOVIE": 3}, {"duration": 1.0}),
         ("magnetic_beads", {"RECORDS": 1, "SETTLED": 0}, {"duration": 0.01, "replicas": 2}),
         (
             "magnetic_assembly",
             {"RECORDS": 4, "SHOWN": [0, 1, 2, 3], "LATE": 0},
             {"duration": 0.1, "replicas": 1},
         ),
-        ("pick_and_place", {"FRAME_RATE": 0.5}, {}),
+        ("pick_and_place", {"FRAME_RATE": 0.2}, {}),
         ("levitation", {"EVERY": 200}, {"duration": 1.6}),
         ("micro_swimmer", {"FRAMES": 3}, {"duration": 1.0, "replicas": 2}),
     ],
@@ -545,15 +544,6 @@ def test_ctrl_c_is_one_line_and_nothing_is_left(example, monkeypatch, capsys, tm
     assert capsys.readouterr().err == "magnetic_pendulum.py: interrupted, nothing written\n"
     assert not any(tmp_path.iterdir())
     assert mujoco.get_mjcb_control() is None
-
-
-def test_an_example_runs_as_a_program(tmp_path):
-    out = tmp_path / "picture.png"
-    command = [sys.executable, "-W", "error", EXAMPLES / "compass_needles.py", "--out", out]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "theory: 24.77" in done.stdout
-    assert out.exists()
 
 
 def test_the_quotes_of_the_page_are_in_the_examples():

@@ -129,9 +129,9 @@ def motor_run():
 
 def test_the_motor_is_filmed(opengl, motor_run, tmp_path):
     scene = mm.Motor()
-    mm.render.movie(motor_run, scene, tmp_path / "motor.mp4", speed=1200.0, fps=20)
+    mm.render.movie(motor_run, scene, tmp_path / "motor.mp4", speed=300.0, fps=5)
     frames = decoded(tmp_path / "motor.mp4").reshape(-1, 720, 1280, 3).astype(int)
-    assert len(frames) == 2 + 40
+    assert len(frames) == 2 + 10
     text = (slice(590, 720), slice(0, 260))
     assert np.abs(frames[1] - frames[0])[text].max() > 100
     mm.render.still(motor_run, scene, tmp_path / "motor.png", 60.0)
@@ -220,19 +220,19 @@ def test_frames_in_a_row_are_those_drawn_singly(opengl, run):
 def test_a_background_that_is_rendered_once_shows_no_difference(opengl, scene, monkeypatch):
     """Edges of what rests may change by a sample of four where a region has other roundings."""
     run = mm.simulate(scene, timestep=0.01, duration=3, seed=1)
-    times = [0.0, 1.0, 2.0, 3.0]
+    times = [0.0, 3.0]
 
     def drawn(has_background):
         with Frames(run, scene, times) as frames:
             camera = frames.views.cameras["front"]
             assert camera.has_background
             camera.has_background = has_background
-            pictures = np.array([frames._render(i)[0] for i in range(4)]).astype(int)
+            pictures = np.array([frames._render(i)[0] for i in range(2)]).astype(int)
             return pictures, len(camera.backgrounds)
 
     (whole, none), (parts, count) = drawn(False), drawn(True)
     assert (none, count) == (0, 1)
-    assert (np.abs(parts - whole).max(axis=-1) > 8).sum() <= 20  # of 2 304 000; measured: 1
+    assert (np.abs(parts - whole).max(axis=-1) > 8).sum() <= 10  # of 1 152 000; 0, or 1 of more
     narrow = Region.around
 
     def too_narrow(*arguments):

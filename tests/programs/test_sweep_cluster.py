@@ -7,7 +7,7 @@ import socket
 
 import pytest
 from sweep_driver import FEW, SWEEP, contents, drive, environment
-from test_sweep_resume import results, start, wait_for_results, whole
+from test_sweep_resume import drive_until_few, results, start, wait_for_results, whole
 
 import magmotor as mm
 from magmotor.sweep import dask_cluster
@@ -46,14 +46,16 @@ def test_a_killed_driver_leaves_whole_results_and_the_same_call_resumes(schedule
     assert contents(tmp_path / "s") == whole
 
 
-def test_a_killed_worker_costs_nothing_but_time(scheduler, tmp_path, whole):
-    driver = start(tmp_path / "s", scheduler=scheduler, until=str(tmp_path / "killed"))
-    wait_for_results(tmp_path / "s")
-    with mm.sweep.dask_workers(scheduler) as (executor, _):
-        os.kill(executor.submit(os.getpid).result(), signal.SIGKILL)
-    (tmp_path / "killed").touch()
-    said, errors = driver.communicate(timeout=120)
-    assert (driver.returncode, said) == (0, "24 24\n"), errors
+def test_a_killed_worker_costs_nothing_but_time(scheduler, tmp_path, whole, monkeypatch):
+    killed = []
+
+    def kill():
+        with mm.sweep.dask_workers(scheduler) as (executor, _):
+            killed.append(executor.submit(os.getpid).result())
+            os.kill(killed[-1], signal.SIGKILL)
+
+    tally = drive_until_few(tmp_path / "s", monkeypatch, kill, scheduler=scheduler)
+    assert (tally.done, tally.computed, len(killed)) == (24, 24, 1)
     assert contents(tmp_path / "s") == whole
 
 

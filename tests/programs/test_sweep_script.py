@@ -285,10 +285,10 @@ def program(*arguments):
     )
 
 
-def test_after_an_interrupt_the_same_command_resumes(tmp_path):
+def test_after_an_interrupt_the_same_command_resumes(script, tmp_path):
     """Ctrl-C reaches the driver and its workers, as from a terminal."""
     out = tmp_path / "s"
-    vary = ("disk", "--vary", "noise=1:4:40", "--duration", "2000", "--timestep", "0.01")
+    vary = ("disk", "--vary", "noise=1:4:24", "--duration", "1000", "--timestep", "0.01")
     command = (*vary, "--method", "variational/euler", "--workers", "2", "--out", out)
     running = program(*command)
     deadline = time.monotonic() + 120
@@ -298,15 +298,14 @@ def test_after_an_interrupt_the_same_command_resumes(tmp_path):
     os.killpg(running.pid, signal.SIGINT)
     _, errors = running.communicate(timeout=60)
     assert running.returncode == 130
-    assert errors.startswith("magmotor sweep: sweep interrupted; 40 cases: ")
+    assert errors.startswith("magmotor sweep: sweep interrupted; 24 cases: ")
     assert errors.endswith(" missing; the same command resumes it\n")
     assert errors.count("\n") == 1
     done = len([*out.glob("done/*/*")])
-    assert done < 40
-    running = program(*command)
-    said, errors = running.communicate(timeout=120)
-    assert (running.returncode, errors) == (0, "")
-    assert f"40 cases: 40 done, 0 failed; {40 - done} computed in" in said
+    assert done < 24
+    code, said, errors = script("sweep", *command)
+    assert (code, errors) == (0, "")
+    assert f"24 cases: 24 done, 0 failed; {24 - done} computed in" in said
     assert (tmp_path / "s.png").exists()
 
 
@@ -328,7 +327,7 @@ def test_an_interrupt_while_workers_start_is_one_line(tmp_path, seconds):
     assert said.startswith("magmotor sweep: sweep interrupted; 40 cases: ")
 
 
-def test_a_started_cluster_computes_a_sweep(tmp_path):
+def test_a_started_cluster_computes_a_sweep(run_script, tmp_path):
     cluster = program("cluster", "--workers", "1")
     try:
         assert cluster.stdout is not None
@@ -337,9 +336,8 @@ def test_a_started_cluster_computes_a_sweep(tmp_path):
         address = line.split()[1].rstrip(";")
         vary = ("disk", "--vary", "noise=1,2", "--duration", "1", "--timestep", "0.05")
         out = ("--scheduler", address, "--out", tmp_path / "s")
-        running = program(*vary, "--method", "variational/euler", *out)
-        said, errors = running.communicate(timeout=120)
-        assert running.returncode == 0, errors
+        code, said, errors = run_script("sweep", *vary, "--method", "variational/euler", *out)
+        assert code == 0, errors
         assert "2 cases: 2 done, 0 failed; 2 computed" in said
     finally:
         os.killpg(cluster.pid, signal.SIGINT)
@@ -374,11 +372,10 @@ def test_a_cluster_on_another_interface_is_a_mistake():
     assert errors.count("\n") == 1
 
 
-def test_no_workers_is_a_mistake(tmp_path):
+def test_no_workers_is_a_mistake(run_script, tmp_path):
     vary = ("disk", "--vary", "noise=1,2", "--duration", "1", "--timestep", "0.05")
-    running = program(*vary, "--workers", "0", "--out", tmp_path / "s")
-    _, errors = running.communicate(timeout=60)
-    assert (running.returncode, errors) == (2, "magmotor sweep: workers = 0: must be at least 1\n")
+    code, _, errors = run_script("sweep", *vary, "--workers", "0", "--out", tmp_path / "s")
+    assert (code, errors) == (2, "magmotor sweep: workers = 0: must be at least 1\n")
 
 
 @pytest.mark.parametrize(

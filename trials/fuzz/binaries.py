@@ -8,7 +8,6 @@ binary is read in two forked processes.
 
 import contextlib
 import ctypes
-import multiprocessing
 import os
 import resource
 import signal
@@ -27,6 +26,7 @@ from mujoco.introspect import structs
 import magmotor as mm
 from magmotor_plugin.slots import without_code
 
+from .pool import CONTEXT
 from .sound_models import COMPARED, Sound, wrong_forces
 
 LARGEST = 2**31 - 1
@@ -234,12 +234,11 @@ def serve(connection, folder: str, ours: bool) -> None:
 
 def tried(mutations: Iterable[Mutation]) -> Iterator[Outcome]:
     """Try damaged models one after another, with and without magmotor."""
-    context = multiprocessing.get_context("spawn")
     with TemporaryDirectory() as folder:
         connections, processes = [], []
         for ours in (True, False):
-            here, there = context.Pipe()
-            process = context.Process(target=serve, args=(there, folder, ours), daemon=True)
+            here, there = CONTEXT.Pipe()
+            process = CONTEXT.Process(target=serve, args=(there, folder, ours), daemon=True)
             process.start()
             there.close()
             connections.append(here)

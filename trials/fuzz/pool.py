@@ -21,6 +21,9 @@ kernels, and then a third."""
 MEMORY = 12 << 30
 """Bytes of address space of a worker, so that a huge array is an error and the machine survives."""
 
+CONTEXT = multiprocessing.get_context("forkserver")  # workers import nothing themselves
+CONTEXT.set_forkserver_preload(["trials.fuzz.judge", "trials.fuzz.binaries"])
+
 Judge = Callable[[Call], Verdict]
 
 
@@ -55,9 +58,8 @@ class Worker:
         self.folder = TemporaryDirectory(prefix="fuzz-", ignore_cleanup_errors=True)
         inner = Path(self.folder.name) / "here"
         inner.mkdir()
-        context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(
+        self.connection, theirs = CONTEXT.Pipe()
+        self.process = CONTEXT.Process(
             target=serve, args=(theirs, str(inner), self.make), daemon=True
         )
         self.process.start()

@@ -1,8 +1,10 @@
 """The command `magmotor`: each of its commands is a module of this package."""
 
+import gc
 import sys
 from functools import partial
 from importlib import import_module
+from typing import Any
 
 from magmotor import __version__
 from magmotor.commands.output import MISTAKE, fail, is_help_asked, run_program
@@ -51,10 +53,22 @@ def _run(name: str | None) -> None:
     if name in EXTRAS and not is_help_asked():
         require(EXTRAS[name])
     try:
-        command = import_module(f"{__name__}.{name}")
+        command = _imported(f"{__name__}.{name}")
     except (ImportError, RuntimeError) as reason:  # of the environment, such as a wrong MUJOCO_GL
         fail(str(reason), MISTAKE)
     command.main()
+
+
+def _imported(module: str) -> Any:
+    """Import a module without looking for garbage meanwhile, or later in what stays anyway."""
+    if module not in sys.modules:
+        gc.disable()  # a fifth of the time
+        try:
+            import_module(module)
+        finally:
+            gc.freeze()
+            gc.enable()
+    return sys.modules[module]
 
 
 def _chosen(arguments: list[str]) -> tuple[str, list[str]]:

@@ -137,7 +137,7 @@ def save(figure: "Figure", path: str | Path, dpi: int = DPI, *, shaded: bool = F
     from PIL import Image
 
     buffer = BytesIO()
-    figure.savefig(buffer, dpi=dpi)
+    figure.savefig(buffer, dpi=dpi, pil_kwargs={"compress_level": 0})
     picture = Image.open(buffer).convert("RGB")
     if shaded:
         few = picture.quantize(128, Image.Quantize.MEDIANCUT, kmeans=3)

@@ -3,6 +3,7 @@
 If a process dies, only the call that it was computing is lost; a new process replaces it.
 """
 
+import gc
 import multiprocessing
 import os
 import pickle
@@ -241,6 +242,7 @@ def _set(values: Mapping[str, str | None]) -> None:
 
 def _work(connection: Connection, given: Mapping[str, str | None]) -> None:
     """Answer calls in a worker process until the driver ends, which was given some variables."""
+    gc.freeze()  # looks for no garbage in what has been imported
     _set(given)  # for programs that a measure starts
     tqdm.set_lock(threading.RLock())  # tqdm's own semaphore would outlive a killed process
     calls: SimpleQueue[bytes] = SimpleQueue()

@@ -279,8 +279,9 @@ def total_field(scene: BallScene, centers: Array, sources: Packed) -> Array:
     return field_of(centers, sources) + scene.background_field
 
 
+@lru_cache(maxsize=8)
 def packed_sources(scene: BallScene, time: float = 0.0) -> Packed:
-    """Return the dipoles of the scene's rings at a time (s)."""
+    """Return the dipoles of the scene's rings at a time (s), which nobody may change."""
     return pack_sources(*scene.ring_sources(time))
 
 

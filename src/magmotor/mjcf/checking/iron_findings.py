@@ -41,6 +41,8 @@ def _rows(
     model: mujoco.MjModel, state: mujoco.MjData, pieces: NDArray, least: int, wrongly: str
 ) -> Iterator[Failure]:
     """Yield rows of at least some number of pieces of iron that touch."""
+    if len(pieces) < least:
+        return
     geoms = pieces.tolist()
     touching = np.zeros((len(geoms), len(geoms)))
     places, radii = state.geom_xpos[geoms], model.geom_rbound[geoms]

@@ -48,7 +48,6 @@ TRUSTED = 30.0
 """How much smaller than the error the difference of the finer layout from a still finer one is."""
 
 
-@lru_cache(maxsize=256)
 def smallest_layout(
     body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
 ) -> Cloud:
@@ -68,6 +67,23 @@ def smallest_layout(
     ValueError
         More than `LIMIT` dipoles are required.
     """
+    found = _smallest_layout(body, direction, error, gap)
+    if found is not None:
+        return found
+    touching = f"for magnets that touch, error=0.5 and gap={_contact_gap(body):.2g}"
+    raise ArgumentError(
+        "error",
+        error,
+        f"requires more than {LIMIT} dipoles at gap = {gap:g} m: choose a larger error or gap;"
+        f" {touching}",
+    )
+
+
+@lru_cache(maxsize=256)
+def _smallest_layout(
+    body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
+) -> Cloud | None:
+    """Return the same, or None if more than `LIMIT` dipoles are required."""
     size = max(body)
     unit = type(body)(*(length / size for length in body))  # dipoles within 1e-9 m would coincide
     near = min(gap / size, FAR)
@@ -77,13 +93,7 @@ def smallest_layout(
             points, parts = unit.cloud(orders, even)
             if judge.accepts((points, parts)):
                 return size * points, parts
-    touching = f"for magnets that touch, error=0.5 and gap={_contact_gap(body):.2g}"
-    raise ArgumentError(
-        "error",
-        error,
-        f"requires more than {LIMIT} dipoles at gap = {gap:g} m: choose a larger error or gap;"
-        f" {touching}",
-    )
+    return None
 
 
 def _contact_gap(body: Cuboid | Tube) -> float:
