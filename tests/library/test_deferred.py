@@ -85,3 +85,28 @@ def _use():
 def test_an_intrinsic_is_known_by_what_it_was_made_with():
     """Else code compiled for one would be taken for that of another."""
     assert "test_deferred._three_words = memory.on_stack(3,)" in reached(_use)[1]
+
+
+THREADS = """
+import threading
+import magmotor as mm
+
+found, together = set(), threading.Barrier(8)
+
+def draw():
+    together.wait()
+    found.add(float(mm.noise.normal(1, 2, 3, 4, 1, 0)))
+
+threads = [threading.Thread(target=draw) for _ in range(8)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+print(len(found))
+"""
+
+
+def test_many_threads_may_need_numba_at_once():
+    command = [sys.executable, "-W", "error", "-c", THREADS]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("1\n", "")

@@ -10,9 +10,10 @@ from importlib import import_module
 from typing import Any
 
 from magmotor.numerics.c_types import Signature
+from magmotor.numerics.constants import StandIn
 
 
-class Deferred:
+class Deferred(StandIn):
     """Stands for an object of Numba.
 
     Parameters
@@ -31,7 +32,6 @@ class Deferred:
     @cached_property
     def real(self) -> Any:
         """The object."""
-        tell_numba()
         from magmotor.numerics.compiler import inference
 
         try:
@@ -132,17 +132,3 @@ class Intrinsic(Deferred):
 def _intrinsic(module: str, name: str, by: tuple) -> Any:
     found = getattr(import_module(f"magmotor.numerics.compiler.{module}"), name)
     return found(*by) if by else found
-
-
-_told = False
-
-
-def tell_numba() -> None:
-    """Teach Numba that the type of a `Deferred` is that of what it stands for."""
-    global _told
-    if _told:
-        return
-    _told = True
-    from magmotor.numerics.compiler import inference
-
-    inference.resolve(Deferred)

@@ -20,7 +20,6 @@ from numba.core.sigutils import normalize_signature
 
 from magmotor.numerics.code_files import CodeCache
 from magmotor.numerics.compilation_notice import COMPILATION, CompilationNotice
-from magmotor.numerics.deferred import tell_numba
 from magmotor.numerics.dependencies import Defined, subroutines_of
 
 
@@ -49,7 +48,6 @@ def _is_ours(event: Any) -> bool:
     return module.partition(".")[0] == "magmotor"
 
 
-tell_numba()
 event.register("numba:compile", Listener(COMPILATION))
 
 

@@ -8,17 +8,15 @@ from numba.extending import typeof_impl
 
 import magmotor.numerics.compiler.constants  # noqa: F401  registers their type
 from magmotor.numerics import symbols
+from magmotor.numerics.constants import StandIn
 
 symbols.give_to(llvm.add_symbol)
 _target: Any = registry.cpu_target  # whose members have no types
 
 
-def resolve(kind: type) -> None:
-    """Type instances of a class as their attribute `real`."""
-
-    @typeof_impl.register(kind)
-    def _type(value: Any, _context: Any) -> Any:
-        return _target.typing_context.resolve_value_type(value.real)
+@typeof_impl.register(StandIn)
+def _type(value: Any, _context: Any) -> Any:
+    return _target.typing_context.resolve_value_type(value.real)
 
 
 def refresh() -> None:
