@@ -3,8 +3,6 @@
 # Numba's intrinsics hide their first parameter:
 # pyright: reportCallIssue=false
 
-import math
-
 from numba import types
 
 from magmotor.mjcf import error_numbers, error_raising, error_sentences, layout, memory
@@ -147,7 +145,9 @@ def _find_details(error, m, d, offsets, details):
             details[k] = memory.words(found, 4)[1 + k]
     elif number == error_numbers.MATERIAL:
         numbers = numbers_of(first, m, offsets)
-        details[0] = numbers[0] if len(numbers) > 0 else math.nan
+        details[0] = len(numbers)
+        for k in range(min(len(numbers), 3)):
+            details[1 + k] = numbers[k]
     elif number == error_numbers.OUTSIDE:
         _locate(first, error[2], m, d, offsets, details)
 
