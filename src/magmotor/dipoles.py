@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.checks import check_array
-from magmotor.common.exceptions import InputError
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.hints import Points
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.constants import COUNT
@@ -249,7 +249,7 @@ def field_of(points: NDArray[np.float64], sources: Packed) -> NDArray[np.float64
 
     ValueError is raised only if a point coincides with a dipole.
     """
-    return _evaluate(points, np.zeros_like(points), sources, "point")[..., 3:6]
+    return _evaluate(points, np.zeros_like(points), sources, "points")[..., 3:6]
 
 
 def force_of(
@@ -271,10 +271,8 @@ def _evaluate(position, moment, sources, name):
         first = np.flatnonzero(out[:, 6])[0]
         separation = sources[:3, sources[6] != NOBODY].T - targets[first, :3]
         distance = np.linalg.norm(separation, axis=1)
-        raise InputError(
-            f"{name} {first} coincides with dipole {distance.argmin()}"
-            f" (the distance is {distance.min():.3g} m and must be at least {COINCIDENCE:g} m)"
-        )
+        sentence = f"must not coincide with dipole {distance.argmin()} (within {COINCIDENCE:g} m)"
+        raise ArgumentError(name, targets[first, :3], sentence)
     return out.reshape(*position.shape[:-1], 7)
 
 

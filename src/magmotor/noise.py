@@ -353,9 +353,8 @@ class BrownianPath:
             raise ArgumentError("steps", steps, "the increments do not fit in memory")
         if (first + steps) * self.factor > LARGEST_STEP:
             last = LARGEST_STEP // self.factor - steps
-            raise ArgumentError(
-                "first", first, f"must be at most {last} for {steps} steps of this path"
-            )
+            count = f"{steps} step{'s' * (steps != 1)}"
+            raise ArgumentError("first", first, f"must be at most {last} for {count} of this path")
         out = np.empty(steps)
         size = max(1, PIECE // (self.factor + self.level))
         for start in range(0, steps, size):

@@ -133,7 +133,7 @@ def test_what_cannot_be_drawn_adds_nothing(magnets):
         mm.draw_field(view, model, data, POINTS)
     with refused("limits"):
         mm.draw_field(view, model, data, POINTS[0], limits=(1e-3, 1e-3))
-    with refused("smallest limits"):
+    with refused("limits[0]"):
         mm.draw_field(view, model, data, POINTS[0], limits=(0, 1))
     with refused("view"):
         mm.draw_moments(cast(Any, model), model, data)

@@ -117,5 +117,5 @@ ArgumentError: quantity = 'energy': does not change along the path: the model is
 >>> mm.Advice(quantity="positions", error=0.01, duration=1.0).draw("advice.png")
 ArgumentError: points = (): must be measured before they are drawn
 >>> mm.advise(*pendulum(), picture="missing/advice.png")
-ArgumentError: picture = 'missing/advice.png': must be in an existing directory
+ArgumentError: picture = 'missing/advice.png': must be in an existing folder
 """

@@ -92,9 +92,9 @@ ArgumentError: field = b'3': must be a number
 >>> check_number("field", bytearray(b"3"))
 ArgumentError: field = bytearray(b'3'): must be a number
 >>> check_number("field", np.bool_(True))
-ArgumentError: field = True: must be a finite number
+ArgumentError: field = True: must be a number, not True or False
 >>> check_number("field", True)
-ArgumentError: field = True: must be a finite number
+ArgumentError: field = True: must be a number, not True or False
 >>> check_number("field", 10**400)
 ArgumentError: field = 1000000...:
     must be a finite number
@@ -170,7 +170,8 @@ ArgumentError: ring_dipoles = 1000000: must be at most 100000
 
 # Theory, observables and dipoles
 >>> mm.observables.minimum(mm.Top(ring_height=100.0))
-ArgumentError: height of the ring = 100.0: V_e has no minimum within 1.5 ring radii of the center
+ArgumentError: height of the ring = 100.0: must be smaller: V_e has no minimum within 1.5 ring
+    radii of the center
 >>> mm.observables.momentum_map(mm.Top(), np.ones((5, 3)), np.ones((4, 3)))
 ArgumentError: shape of angular_velocity = (4, 3): the leading axes must broadcast with (5,), the
     leading axes of axis
@@ -181,12 +182,11 @@ InputError: moment contains 1e+300: every value must be finite and at most 1e+30
 >>> mm.theory.y_diffusion(mm.Disk(friction=0.0, noise=0.0))
 InputError: y_diffusion(scene): float division by zero; the arguments must be less extreme
 >>> mm.theory.ReducedDisk(mm.Disk(sigma=1e-20))
-ArgumentError: scene = Disk(friction=0.1, noise=5.0, potential='symmetric', x=0.0, v=0.0,
-    sigma=1e-20, friction_ratio=0.0, drag=0.0, rotational_drag=0.0, drag_temperature=None,
-    theta=0.0, omega=0.0, surface='planar'): D(d) needs more than 1000000 cells
+ArgumentError: cells for D(d) = 5.07...e+40: must be at most 1e+06; sigma, noise or friction is
+    too extreme
 >>> mm.theory.d_diffusion(DISK, 1e20)
-ArgumentError: terms of D(d) = 53333333...: must be at most
-    1000000000; d, noise or friction is too extreme
+ArgumentError: terms of D(d) = 5.33...e+39: must be at most 1e+09; d, noise or friction is too
+    extreme
 >>> mm.theory.position_density(mm.Disk(noise=1e-9), 1.0)
 ArgumentError: noise = 1e-09: must be so large that beta max|U''| is at most 1e+06
 >>> mm.theory.DiskTheory(mm.Disk(noise=0.0)).first_impulse
@@ -210,26 +210,27 @@ ArgumentError: index = -1: must be at least 0
 >>> sweep().axes[0].at(0.5)
 ArgumentError: index = 0.5: must be an integer
 >>> mm.sweep.Range(0.1, 0.2).stretch(np.ones(1))
-ArgumentError: smallest unit = 1.0: must be less than 1
+ArgumentError: unit[0] = 1.0: must be less than 1
 
 # Pictures
 >>> run = run_of(TOP)
 >>> mm.plots.overview(run, TOP.replace(friction=0.5), "top.png")
 ArgumentError: scene.friction = 0.5: must be 0.3, as in the run
 >>> mm.plots.overview(run, None, "missing/top.png")
-ArgumentError: path = 'missing/top.png': must be in an existing directory
+ArgumentError: path = 'missing/top.png': must be in an existing folder
 >>> mm.plots.overview(run, None, "top.xyz")
-ArgumentError: path = 'top.xyz': must be a file name that ends in .eps or ... or .webp
+ArgumentError: path = 'top.xyz': must be a file name that ends in one of .eps, .jpeg, .jpg, .pdf,
+    .png, .svg, .tif, .tiff, .webp
 >>> folder = TemporaryDirectory(suffix=".png")
 >>> mm.plots.overview(run, None, folder.name)
-ArgumentError: path = '....png': must be a file, not a directory
+ArgumentError: path = '....png': must be a file, not a folder
 >>> folder.cleanup()
 >>> mm.plots.overview(run, None, "top.png", dpi=5)
 ArgumentError: dpi = 5: must be at least 10
 >>> mm.render.movie(run, TOP, "missing/top.mp4")
-ArgumentError: path = 'missing/top.mp4': must be in an existing directory
+ArgumentError: path = 'missing/top.mp4': must be in an existing folder
 >>> mm.render.movie(run, TOP, "top.xyz")
-ArgumentError: path = 'top.xyz': must be a file name that ends in .mp4 or .webm or .gif
+ArgumentError: path = 'top.xyz': must be a file name that ends in one of .mp4, .webm, .gif
 
 # Arrows
 >>> model, data = magnets()
@@ -240,7 +241,7 @@ ArgumentError: view.maxgeom = 21: must be at least 22: 2 geoms and 20 arrows
 >>> mm.draw_field(view, model, data, POINTS, limits=(1e-3, 1e-3))
 ArgumentError: limits = array([0.001, 0.001]): must be in ascending order
 >>> mm.draw_field(view, model, data, POINTS, limits=(0, 1))
-ArgumentError: smallest limits = 0.0: must be greater than 0
+ArgumentError: limits[0] = 0.0: must be greater than 0
 >>> mm.draw_moments(model, model, data)
 ArgumentError: view = <mujoco...MjModel object at 0x...>: must be an instance of
     mujoco.MjvScene

@@ -97,45 +97,47 @@ TABLE = r"""
 # Marks
 >>> mm.describe(model(act="magnets"))
 DeclarationError(mark, 0): text 'magmotor' = 'magnets': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all
+    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> mm.describe(model(act="dipoles, noise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipoles, noise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all
+    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> mm.describe(model(act="dipolesnoise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipolesnoise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all
+    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> mm.describe(model(act="Dipoles"))
 DeclarationError(mark, 0): text 'magmotor' = 'Dipoles': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all
+    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> mm.describe(model(act="%n"))
 DeclarationError(mark, 0): text 'magmotor' = '%n': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all
+    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> mm.describe(model(act=" "))
 DeclarationError(mark, 0): text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all
+    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> mm.describe(model(act="couplings dipolez"))
 DeclarationError(mark, 0): text 'magmotor' = 'couplings dipolez': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all
+    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 
 # Marks of the plugin
 >>> model(plugin=True, act="dipols")
 ValueError: Error: engine error: text 'magmotor' = 'dipols': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all
+    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> model(plugin=True, act=" ")
 ValueError: Error: engine error: text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all
+    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
 >>> model(act=None, config="all, dipoles")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'all, dipoles': must be one or
-    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, all
+    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, all, separated
+    by spaces
 >>> model(act=None, config="dipols")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'dipols': must be one or more
-    of the words dipoles, couplings, noise, potentials, fields, coils, iron, all
+    of the words dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by
+    spaces
 >>> model(act="noise dipoles", config="all")
 ValueError: Error: engine error: text 'magmotor' = 'noise dipoles' and config 'act' of
-    magmotor.forces = 'all': must have the same words; give one of them
+    magmotor.forces = 'all': must have the same words, or only one of the two must be given
 >>> model(act="all", config="dipoles")
 ValueError: Error: engine error: text 'magmotor' = 'all' and config 'act' of magmotor.forces =
-    'dipoles': must have the same words; give one of them
+    'dipoles': must have the same words, or only one of the two must be given
 >>> model(key="kinds", config="all")
 ValueError: Error: unrecognized attribute 'plugin:kinds' for plugin magmotor.forces'
 Element name 'magnets', id 0, line 3
@@ -217,11 +219,11 @@ DeclarationError(coil, 0): coil tuple 0 'coil': element 0, site 'hand', must be 
 >>> mm.describe(model(group("coil", "actuator current")))
 DeclarationError(coil, 0): coil tuple 0 'coil' must name a site or a body after its actuator
 >>> mm.describe(model(group("coil", "actuator current -1", "site hand")))
-DeclarationError(coil, 0): coil tuple 0 'coil': element 0, actuator 'current', has prm = -1, where
-    its core saturates, which must be finite and not negative (0: it does not)
+DeclarationError(coil, 0): coil tuple 0 'coil': element 0, actuator 'current', has prm = -1, the
+    drive near which its core saturates: must be finite and at least 0 (0: never)
 >>> mm.describe(model(group("coil", "actuator current inf", "site hand")))
-DeclarationError(coil, 0): coil tuple 0 'coil': element 0, actuator 'current', has prm = inf,
-    where its core saturates, which must be finite and not negative (0: it does not)
+DeclarationError(coil, 0): coil tuple 0 'coil': element 0, actuator 'current', has prm = inf, the
+    drive near which its core saturates: must be finite and at least 0 (0: never)
 >>> mm.describe(model(group("coil", "actuator current", "site hand", "site hand")))
 DeclarationError(coil, 0): coil tuple 0 'coil': element 2, site 'hand', is also named by coil
     tuple 0
@@ -285,7 +287,7 @@ DeclarationError(field_tuple, 0): field tuple 0 'field too': element 1, actuator
     have a delay
 >>> mm.describe(model(field("1 2 3", "actuator current -1")))
 DeclarationError(field_tuple, 0): field tuple 0 'field too': element 1, actuator 'current', has
-    prm = -1, where its core saturates, which must be finite and not negative (0: it does not)
+    prm = -1, the drive near which its core saturates: must be finite and at least 0 (0: never)
 >>> mm.describe(model(field("1 2 3"), group("field_again", "numeric field")))
 DeclarationError(field_tuple, 1): field tuple 1 'field_again': element 0, numeric 'field', is also
     named by field tuple 0
@@ -295,11 +297,11 @@ DeclarationError(field_tuple, 0): field tuple 0 'field too': element 0, numeric 
 
 # Iron
 >>> mm.describe(model(iron("geom core", material="-1.5")))
-DeclarationError(material, 0): numeric 0 'material': a material must be a susceptibility, at least
-    -1 (here -1.5), and optionally a saturation magnetization in A/m, not negative; both finite
+DeclarationError(material, 0): numeric 0 'material' = -1.5: a material must be a susceptibility,
+    at least -1, and optionally a saturation magnetization in A/m, not negative; both finite
 >>> mm.describe(model(iron("geom core", material="5 -1")))
-DeclarationError(material, 0): numeric 0 'material': a material must be a susceptibility, at least
-    -1 (here 5), and optionally a saturation magnetization in A/m, not negative; both finite
+DeclarationError(material, 0): numeric 0 'material' = 5 -1: a material must be a susceptibility,
+    at least -1, and optionally a saturation magnetization in A/m, not negative; both finite
 >>> mm.describe(model(iron()))
 DeclarationError(iron, 0): iron tuple 0 'iron' must name a numeric, the material, and a geom
 >>> mm.describe(model(iron("geom core", "geom core")))
@@ -339,8 +341,9 @@ DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and fini
 >>> found = model(iron("geom core"))
 >>> found.numeric_size[0] = 0
 >>> mm.describe(found)
-DeclarationError(material, 0): numeric 0 'material': a material must be a susceptibility, at least
-    -1 (here nan), and optionally a saturation magnetization in A/m, not negative; both finite
+DeclarationError(material, 0): numeric 0 'material' = no number: a material must be a
+    susceptibility, at least -1, and optionally a saturation magnetization in A/m, not negative;
+    both finite
 
 # The magnetic constant and the tolerance
 >>> mm.describe(model(numeric("magnetic_constant", "0")))

@@ -121,43 +121,38 @@ ArgumentError: checkpoint = '.../pipe': must be a regular file, or not exist yet
 >>> path = Path(here.name, "run.checkpoint")
 >>> made = run(path)
 >>> made = run(path, seed=4)
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its seed is 3,
-    not 4
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: seed was 3
+    there and is 4 here
 >>> made = run(path, timestep=0.04)
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its timestep
-    is 0.05, not 0.04
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: timestep was
+    0.05 there and is 0.04 here
 >>> made = run(path, duration=20.0)
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its duration
-    is 10.0, not 20.0
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: duration was
+    10.0 there and is 20.0 here
 >>> made = run(path, initial={"x": 1.0})
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its initial is
-    3609133615, not 1432479227
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: it started
+    from another initial state
 >>> made = run(path, replicas=4)
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its replicas
-    is 3, not 4
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: replicas was 3
+    there and is 4 here
 >>> made = run(path, mm.Disk(x=0.5))
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its
-    scene_fields is '{"friction": 0.1, "noise": 5.0, "potential": "symmetric", "x": 0.0, "v": 0.0,
-    "sigma": 0.5, "friction_ratio": 0.0, "drag": 0.0, "rotational_drag": 0.0, "drag_temperature":
-    null, "theta": 0.0, "omega": 0.0, "surface": "planar"}', not '{"friction": 0.1, "noise": 5.0,
-    "potential": "symmetric", "x": 0.5, "v": 0.0, "sigma": 0.5, "friction_ratio": 0.0, "drag":
-    0.0, "rotational_drag": 0.0, "drag_temperature": null, "theta": 0.0, "omega": 0.0, "surface":
-    "planar"}'
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: scene.x was
+    0.0 there and is 0.5 here
 >>> load(path, task={"seed": 1, "more": 2})
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its more is 2,
-    not missing
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: more was given
+    there only
 >>> load(path, task={"seed": 1, "more": None})
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its more is
-    None, not missing
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: more was given
+    there only
 >>> load(path, task={})
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its seed is
-    missing, not 1
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: seed is given
+    here only
 >>> load(path, task={"seed": 2})
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its seed is 2,
-    not 1
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: seed was 2
+    there and is 1 here
 >>> load(path, task={"speed": 1})
-ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: its seed is
-    missing, not 1
+ArgumentError: checkpoint = '.../run.checkpoint': the checkpoint is of another run: seed is given
+    here only
 >>> here.cleanup()
 
 # Damaged checkpoints
@@ -241,7 +236,7 @@ InputError: .../my.toml: field = 'device': must be one of ball_mass, ball_radius
 >>> scene('scene = "Top"\nfriction = "big"')
 InputError: .../my.toml: friction = 'big': must be a number
 >>> scene('scene = "Top"\nfriction = true')
-InputError: .../my.toml: friction = True: must be a finite number
+InputError: .../my.toml: friction = True: must be a number, not True or False
 >>> scene('scene = "Top"\nfriction = nan')
 InputError: .../my.toml: friction = nan: must be a finite number
 >>> scene('scene = "Top"\nfriction = -1')
@@ -284,11 +279,11 @@ InputError: .../my.toml: it has a key of more than five parts, but fields have o
 ArgumentError: run = Top(...): must be the dataset, and `scene` its scene: exchange these two
     arguments
 >>> movie(run, mm.Top(), "top.avi")
-ArgumentError: path = 'top.avi': must be a file name that ends in .mp4 or .webm or .gif
+ArgumentError: path = 'top.avi': must be a file name that ends in one of .mp4, .webm, .gif
 >>> movie(run, mm.Top(), "top")
-ArgumentError: path = 'top': must be a file name that ends in .mp4 or .webm or .gif
+ArgumentError: path = 'top': must be a file name that ends in one of .mp4, .webm, .gif
 >>> movie(run, mm.Top(), "missing/top.mp4")
-ArgumentError: path = 'missing/top.mp4': must be in an existing directory
+ArgumentError: path = 'missing/top.mp4': must be in an existing folder
 >>> movie(run, mm.Top(), "top.mp4", size=(641, 360))
 ArgumentError: size = (641, 360): must be (width, height), even numbers from 320 x 180 to 3840 x
     2160
@@ -315,8 +310,9 @@ ArgumentError: scene = Disk(friction=0.1, noise=5.0, potential='symmetric', x=0.
     scene
 >>> exact = mm.simulate(mm.Top(), method="scipy/dop853", timestep=0.1, duration=1)
 >>> movie(exact, mm.Top(), "top.mp4")
-ArgumentError: method = 'scipy/dop853': must be mujoco/* or variational/*, since other runs have
-    no orientations to draw
+ArgumentError: run = ['position', 'velocity', 'axis', 'angular_velocity', 'slip_velocity',
+    'momentum_map', 'energy']: the dataset must also have orientation, as runs by mujoco/* and
+    variational/* do
 >>> PictureOptions(dpi=0).check_pictures()
 ArgumentError: dpi = 0: must be at least 10
 
@@ -388,8 +384,9 @@ ArgumentError: scene = Motor(...): must be the scene of the run, a Top, or None 
 >>> sheet([*runs[:2], runs[2].expand_dims(replica=2)], scenes)
 ArgumentError: replicas = 2: select one: runs[2].isel(replica=0)
 >>> sheet([*runs[:2], runs[2].drop_vars("orientation")], scenes)
-ArgumentError: method = 'mujoco/rk4': must be mujoco/* or variational/*, since other runs have no
-    orientations to draw
+ArgumentError: run = ['position', 'velocity', 'axis', 'angular_velocity', 'slip_velocity',
+    'momentum_map', 'energy']: the dataset must also have orientation, as runs by mujoco/* and
+    variational/* do
 >>> sheet(runs, scenes, speed=0)
 ArgumentError: speed = 0: must be greater than 0
 """

@@ -151,8 +151,7 @@ FatalError: iron geom 0 'a' is so close to other iron, or to its image in a plan
 >>> step(small)
 FatalError: mj_stackAlloc: out of memory, stack overflow ... (increase <size memory="..."/>) ...
 >>> mm.Langevin(small).step(mujoco.MjData(small))
-FatalError: the dipoles need ... bytes of MuJoCo's memory, which is too small: increase <size
-    memory>
+FatalError: size memory of the model = 1024: must be larger by about ... bytes, for the dipoles
 >>> pieces = " ".join(f"g{k}" for k in range(300))
 >>> small = model(MANY, iron=pieces, head='<size memory="70K"/>')
 >>> step(small)
@@ -167,13 +166,14 @@ FatalError: userdata[0] = -1: the numbers that select the noise (seed, replica, 
     first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level at most 31,
     or 32 plus the window for a held path
 >>> step(noisy, time=math.nan)
-FatalError: time = nan: must be finite and less than 2^53 timesteps while noise acts
+FatalError: time = nan: must be finite and between -2^53 and 2^53 timesteps while noise acts
 >>> step(noisy, time=math.inf)
-FatalError: time = inf: must be finite and less than 2^53 timesteps while noise acts
+FatalError: time = inf: must be finite and between -2^53 and 2^53 timesteps while noise acts
 >>> step(noisy, time=-1e300)
-FatalError: time = -1e+300: must be finite and less than 2^53 timesteps while noise acts
+FatalError: time = -1e+300: must be finite and between -2^53 and 2^53 timesteps while noise acts
 >>> step(noisy, time=2.0**53 * noisy.opt.timestep)
-FatalError: time = 3.51844e+13: must be finite and less than 2^53 timesteps while noise acts
+FatalError: time = 3.51844e+13: must be finite and between -2^53 and 2^53 timesteps while noise
+    acts
 
 # Numbers that change after the model is compiled
 >>> step(changed(model(FIXED), "site_user", 1, math.nan))

@@ -70,31 +70,31 @@ ArgumentError: shape = 'cube': must be one of cuboid, cylinder, ring, sphere (di
 ArgumentError: grade = 'N41': must be one of N35, N38, N40, N42, N45, N48, N50, N52, SmCo18,
     SmCo22, SmCo26, SmCo28, SmCo32, C1, C5, C8, AlNiCo5, AlNiCo8 (did you mean 'N48'?)
 >>> magnet(size=0.01)
-ArgumentError: size = (0.01,): must be (edge along x, edge along y, edge along z) for a cuboid, in
-    m
+ArgumentError: size = (0.01,): must be (edge along x, edge along y, edge along z) in m, for a
+    cuboid
 >>> magnet(size=(1, 1))
-ArgumentError: size = (1.0, 1.0): must be (edge along x, edge along y, edge along z) for a cuboid,
-    in m
+ArgumentError: size = (1.0, 1.0): must be (edge along x, edge along y, edge along z) in m, for a
+    cuboid
 >>> magnet(size=(1, 1, 0))
-ArgumentError: edge along z = 0.0: must be greater than 0 m
+ArgumentError: size[2] (edge along z) = 0.0: must be greater than 0 m
 >>> magnet(size=(1, math.nan, 1))
 InputError: size contains nan: every value must be finite and at most 1e+30 in magnitude
 >>> magnet(size="big")
 ArgumentError: size = 'big': must be an array of numbers
 >>> magnet("cylinder", (1, 1, 1))
-ArgumentError: size = (1.0, 1.0, 1.0): must be (diameter, height) for a cylinder, in m
+ArgumentError: size = (1.0, 1.0, 1.0): must be (diameter, height) in m, for a cylinder
 >>> magnet("ring", (1, 1))
-ArgumentError: size = (1.0, 1.0): must be (inner diameter, outer diameter, height) for a ring, in
-    m
+ArgumentError: size = (1.0, 1.0): must be (inner diameter, outer diameter, height) in m, for a
+    ring
 >>> magnet("ring", (2, 1, 1))
-ArgumentError: size = (2.0, 1.0, 1.0): must be (inner diameter, outer diameter, height) for a
-    ring, in m, the first smaller than the second
+ArgumentError: size = (2.0, 1.0, 1.0): must be (inner diameter, outer diameter, height) in m, for
+    a ring, the first smaller than the second
 >>> magnet("sphere", (1, 1))
-ArgumentError: size = (1.0, 1.0): must be (diameter) for a sphere, in m
+ArgumentError: size = (1.0, 1.0): must be one diameter in m, for a sphere
 >>> magnet(remanence=1.2)
-ArgumentError: remanence and grade = (1.2, 'N42'): give exactly one of them
+ArgumentError: remanence and grade = (1.2, 'N42'): exactly one of them must be given
 >>> magnet(grade=None)
-ArgumentError: remanence and grade = (None, None): give exactly one of them
+ArgumentError: remanence and grade = (None, None): exactly one of them must be given
 >>> magnet(grade=None, remanence=0)
 ArgumentError: remanence = 0.0: must be greater than 0 T
 >>> magnet(density=-1)
@@ -138,17 +138,17 @@ ArgumentError: error = 0.01: requires more than 1000 dipoles at gap = 1e-05 m: c
 # Tabulated fields
 >>> mm.tabulated_field(lambda point: [0, 0, point[2]], [0, 0, 0], [1, 1, 1], (4, 4, 5))
 InputError: field(points) = [0, 0, array([0. , 0. , 0.5])]: must be an array of numbers; field is
-    called once, with all points, shape (80, 3), and returns B of each
+    called once, with all points, and must return B at each, shape (80, 3)
 >>> mm.tabulated_field(lambda points: points.T, [0, 0, 0], [1, 1, 1], (4, 4, 4))
 InputError: field(points) has shape (3, 64): must have shape (64, 3); field is called once, with
-    all points, shape (64, 3), and returns B of each
+    all points, and must return B at each, shape (64, 3)
 >>> up, across = [0, 0, 1], [1, 0, 0]
 >>> one_point = lambda point: up if point[2] > 0 else across
 >>> mm.tabulated_field(one_point, [0, 0, 0], [1, 1, 1], (4, 4, 4))
-InputError: The truth value of an array ... is ambiguous. ...; field is called once, with all
-    points, shape (64, 3), and returns B of each
+InputError: field(points) failed (The truth value of an array ... is ambiguous. ...); field is
+    called once, with all points, and must return B at each, shape (64, 3)
 >>> mm.tabulated_field(lambda points: points, [0, 0, 0], [1, 1, 1], (4, 4))
-ArgumentError: shape = (4, 4): must be three numbers of nodes, along x, y and z
+ArgumentError: shape = (4, 4): must be the numbers of nodes along x, y and z
 
 # Fields of dipoles
 >>> mm.dipoles.field([0, 0], [[1, 0, 0]], [[1, 0, 0]])
@@ -158,9 +158,10 @@ InputError: positions and moments have shapes (1, 3) and (2, 3): both must be (N
 >>> mm.dipoles.field([0, 0, math.nan], [[1, 0, 0]], [[1, 0, 0]])
 InputError: points contains nan: every value must be finite and at most 1e+30 in magnitude
 >>> mm.dipoles.field([[5, 5, 5], [1, 0, 0]], [[0, 1, 0], [1, 0, 0]], [[1, 0, 0]] * 2)
-InputError: point 1 coincides with dipole 1 (the distance is 0 m and must be at least 1e-09 m)
+ArgumentError: points = array([1., 0., 0.]): must not coincide with dipole 1 (within 1e-09 m)
 >>> mm.dipoles.field([0, 0, 9e-10], [[9, 9, 9], [0, 0, 0]], [[1, 0, 0]] * 2)
-InputError: point 0 coincides with dipole 1 (the distance is 9e-10 m and must be at least 1e-09 m)
+ArgumentError: points = array([0.e+00, 0.e+00, 9.e-10]): must not coincide with dipole 1 (within
+    1e-09 m)
 
 # Models and data that are checked
 >>> light = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
@@ -171,13 +172,13 @@ ArgumentError: shape of data.qpos = (0,): must be (2,)
 >>> mm.check(model(), data(model(), qpos=math.nan))
 ArgumentError: data.qpos = array([nan, 0.]): must be finite
 >>> mm.check(reordered("body_dofadr", 2))
-InputError: model has body_dofnum, body_dofadr and dof_bodyid that do not agree
+InputError: body_dofnum, body_dofadr and dof_bodyid of the model do not agree
 >>> mm.check(reordered("body_jntadr", 2))
-InputError: model has body_jntnum, body_jntadr and jnt_bodyid that do not agree
+InputError: body_jntnum, body_jntadr and jnt_bodyid of the model do not agree
 >>> mm.check(reordered("tree_dofadr", -1))
-InputError: model has tree_dofnum, tree_dofadr and dof_treeid that do not agree
+InputError: tree_dofnum, tree_dofadr and dof_treeid of the model do not agree
 >>> mm.check(reordered("tree_dofnum", 7))
-InputError: model has tree_dofnum, tree_dofadr and dof_treeid that do not agree
+InputError: tree_dofnum, tree_dofadr and dof_treeid of the model do not agree
 
 # Soft constraints at a temperature
 >>> langevin = mm.Langevin(model(joint='range="-5 5"'), kT=0.2)
@@ -229,9 +230,9 @@ ArgumentError: options["reset_mask"] = array([1, 0]): must be an array of 2 bool
 ArgumentError: options["reset_mask"] = array([False, False]): must be an array of 2 bools, one of
     which at least is True
 >>> Levitation(render_mode="human")
-ArgumentError: render_mode = 'human': must be one of rgb_array
+ArgumentError: render_mode = 'human': must be 'rgb_array' or None
 >>> LevitationVector(render_mode="human")
-ArgumentError: render_mode = 'human': must be one of rgb_array
+ArgumentError: render_mode = 'human': must be 'rgb_array' or None
 >>> LevitationVector(max_episode_steps=0)
 ArgumentError: max_episode_steps = 0: must be at least 1
 >>> gymnasium.make_vec(NAME, 0)

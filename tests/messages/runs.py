@@ -221,11 +221,11 @@ ArgumentError: timestep = 0.05: must be less than 0.0399, the linear limit: beyo
 # Scenes that cannot be run
 >>> floor = mm.Top.paper(4, tilt=0.0, floor_tilt=(0.2, 0))
 >>> mm.simulate(floor, method="mujoco/rk4", timestep=0.01, duration=1)
-ArgumentError: floor_tilt = (0.2, 0.0): is too steep: V_e has no minimum within 1.5 ring radii of
-    the center
+ArgumentError: floor_tilt = (0.2, 0.0): must be less steep: V_e has no minimum within 1.5 ring
+    radii of the center
 >>> mm.observables.minimum(mm.Top.experiment(floor_tilt=(1e-3, 0)))
-ArgumentError: floor_tilt = (0.001, 0.0): is too steep: V_e has no minimum within 1.5 ring radii
-    of the center
+ArgumentError: floor_tilt = (0.001, 0.0): must be less steep: V_e has no minimum within 1.5 ring
+    radii of the center
 >>> mm.observables.saddle(mm.Top(tilt=0.0, ring_height=0.6))
 InputError: ring_height = 0.6: V_e has no saddle under such a high ring
 >>> mm.simulate(mm.Motor(**QUIET), **MOTOR)
@@ -319,7 +319,7 @@ ArgumentError: initial = ['v', 'theta', 'omega', 'energy']: the dataset must als
 >>> disk(replicas=3, initial=run.isel(time=0))
 ArgumentError: initial.x = ('replica',): must have a dimension time, as in a run
 >>> disk(replicas=3, initial=run.isel(time=slice(0)))
-ArgumentError: initial = ['time', 'replica', 'step']: must be a dataset with the coordinate time
+ArgumentError: number of records in initial = 0: must be at least 1
 >>> disk(replicas=2, initial=run.isel(replica=[0]))
 ArgumentError: initial['x'] = array([7.4974488]): must be a finite number or 2 of them
 >>> disk(replicas=3, initial=run.drop_vars("time"))
@@ -359,9 +359,9 @@ ArgumentError: timestep = 0.0: must be greater than 0
 ArgumentError: timestep = 3.0: must be less than 2, the linear limit: beyond it, the smallest
     motion about rest grows
 >>> disks(duration=1.0)
-ArgumentError: duration = 1.0: must be at least 2
+ArgumentError: duration = 1.0: must be at least 2 (4 sample intervals)
 >>> disks(burn_in=59.0)
-ArgumentError: burn_in = 59.0: must be at most 58
+ArgumentError: burn_in = 59.0: must be at most 58 (4 sample intervals before the end)
 >>> disks(burn_in=-1.0)
 ArgumentError: burn_in = -1.0: must be at least 0
 >>> disks(sample_interval=0)
@@ -386,7 +386,7 @@ UserWarning: timestep = 1: above 0.0574 = (pi/6) sqrt((1 + sigma) beta), the lar
 >>> disk(timestep=1.5, duration=3e6, record_interval=1000, replicas=32)
 UserWarning: timestep = 1.5: above 0.0574 = (pi/6) sqrt((1 + sigma) beta), the largest safe one;
     long flights are aliased, since a step in which x moves by a period of U looks like rest
-SimulationDiverged: variational/euler with timestep 1.5 s stopped at t = ... s: energy grew beyond
+SimulationDiverged: variational/euler with timestep 1.5 stopped at t = ...: energy grew beyond
     what the motion can have
 >>> level = mm.Top.paper(4, axis=(1.0, 0.0, 0.2))
 >>> long = {"method": "variational/cayley", "timestep": 2.0, "duration": 2e3}
@@ -402,16 +402,16 @@ PhysicalEvent: mujoco/rk4 with timestep 0.001 s stopped at t = ... s: the magnet
     surface = 'plane'
 >>> level = mm.Top.paper(4, tilt=0.0, floor_tilt=(0.01, 0), velocity=(1.0, 0.0))
 >>> mm.simulate(level, method="mujoco/rk4", timestep=0.02, duration=10)
-PhysicalEvent: mujoco/rk4 with timestep 0.02 s stopped at t = ... s: the ball is 0.52 m from the
-    center, beyond 0.51 m, where no ring holds it
+PhysicalEvent: mujoco/rk4 with timestep 0.02 s stopped at t = ... s: the ball is 0.5150 m from the
+    center, beyond 0.5100 m, where no ring holds it
 >>> rolling = mm.Motor(floor_tilt=(8e-5, 0), velocity=(0.1, 0.0))
 >>> mm.simulate(rolling, method="mujoco/baoab", timestep=0.1, duration=100, seed=1)
-PhysicalEvent: mujoco/baoab with timestep 0.1 s stopped at t = ... s: the ball is 1.48 m from the
-    center, beyond 1.47 m, where no ring holds it
+PhysicalEvent: mujoco/baoab with timestep 0.1 s stopped at t = ... s: the ball is 1.4753 m from
+    the center, beyond 1.4700 m, where no ring holds it
 >>> loaded = mm.Motor(load_torque=1e-4, **QUIET)
 >>> mm.simulate(loaded, method="variational/middle", timestep=0.1, duration=1000)
-PhysicalEvent: variational/middle with timestep 0.1 s stopped at t = ... s: the ball is 1.47 m
-    from the center, beyond 1.47 m, where no ring holds it
+PhysicalEvent: variational/middle with timestep 0.1 s stopped at t = ... s: the ball is 1.4702 m
+    from the center, beyond 1.4700 m, where no ring holds it
 >>> warm = mm.Motor(temperature="nonuniform", alpha_ring=0.02)
 >>> mm.simulate(warm, method="mujoco/euler", timestep=0.025, duration=2000, seed=1)
 PhysicalEvent: mujoco/euler with timestep 0.025 s stopped at t = ... s: the inner ring is lost: it
@@ -444,7 +444,7 @@ ArgumentError: time = '0.45 to 4.95': must be the times of a run's records, comp
 >>> mm.rerun(run.isel(time=slice(None, None, 2)))
 ArgumentError: time = '0 to 4.8': must be the times of a run's records, complete from the start
 >>> mm.rerun(run.isel(time=slice(0)))
-ArgumentError: dimensions = ['replica', 'time']: must be those of one run
+ArgumentError: number of records in run = 0: must be at least 1
 >>> mm.rerun(xr.concat([run, run], "time"))
 ArgumentError: time = '0 to 4.95': must be the times of a run's records, complete from the start
 >>> mm.rerun(xr.concat([run, run], "seed"))
@@ -562,7 +562,7 @@ ArgumentError: noise = 0.0: must be greater than 0
 >>> theory.ReducedDisk(mm.Disk(), 3)
 ArgumentError: cells = 3: must be at least 10
 >>> theory.ReducedDisk(mm.Disk()).d_correlation([0, 1])
-ArgumentError: smallest t = 0.0: must be greater than 0
+ArgumentError: t[0] = 0.0: must be greater than 0
 >>> theory.alias_period(mm.Disk(), 0)
 ArgumentError: timestep = 0: must be greater than 0
 >>> theory.flat_msd_from_gibbs(mm.Disk(), 1.0, (1,))
@@ -613,8 +613,8 @@ StateLost: the magnetic lift, ... N, exceeds the ball's weight, 1.96 N, and the 
 >>> own.RotorDevice.compose = compose
 >>> live_scene(own.Rotor(), timestep=0.002)
 ArgumentError: scene = Rotor(inertia=2e-06, moment=0.5, magnet=20.0, distance=0.2, damping=1e-05,
-    kT=2e-05, angle=1.0, rate=0.0): its model must have a keyframe, its initial state, and sliders
-    a joint
+    kT=2e-05, angle=1.0, rate=0.0): its model must have a keyframe for its initial state, and a
+    joint if it has sliders
 >>> del protocol.SCENES["Rotor"]
 >>> with patch.dict(sys.modules, {"mjviser": None}):
 ...     mm.live.web(mm.Disk())

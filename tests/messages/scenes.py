@@ -25,19 +25,19 @@ ArgumentError: ball_axial_inertia = 0.001: must be at most twice the moment acro
 ArgumentError: center_of_mass = (0, 0): must be 3 numbers
 >>> mm.Top(center_of_mass=(0.02, 0, 0))
 ArgumentError: center_of_mass = (0.02, 0.0, 0.0): must be within the ball: its distance, 0.02 m,
-    must be less than 0.018
+    must be less than 0.018 m
 >>> mm.Top(products_of_inertia=(3e-5, 0, 0))
-ArgumentError: products_of_inertia = (3e-05, 0.0, 0.0): are too large: the smallest principal
-    moment, -4.08e-06 kg m^2, must be > 0
+ArgumentError: products_of_inertia = (3e-05, 0.0, 0.0): must be smaller: the smallest principal
+    moment, -4.08e-06 kg m^2, must be greater than 0 kg m^2
 >>> mm.Top(products_of_inertia=(2e-5, 0, 0))
-ArgumentError: products_of_inertia = (2e-05, 0.0, 0.0): are too large: the largest principal
-    moment, 4.592e-05 kg m^2, must be at most the sum of the others, 3.184e-05
+ArgumentError: products_of_inertia = (2e-05, 0.0, 0.0): must be smaller: the largest principal
+    moment, 4.592e-05 kg m^2, must be at most the sum of the others, 3.184e-05 kg m^2
 >>> mm.Top(products_of_inertia=(0, math.nan, 0))
-ArgumentError: products_of_inertia = nan: must be a finite number
+ArgumentError: products_of_inertia[1] = nan: must be a finite number
 >>> mm.Top(position=(0.0,))
 ArgumentError: position = (0.0,): must be 2 numbers
 >>> mm.Top(position=(0.0, math.nan))
-ArgumentError: position = nan: must be a finite number
+ArgumentError: position[1] = nan: must be a finite number
 >>> mm.Top(velocity=3)
 ArgumentError: velocity = 3: must be 2 numbers
 >>> mm.Top(axis=(0, 0, 0))
@@ -105,7 +105,7 @@ ArgumentError: ring_script[0].azimuth = inf: must be a finite number
 >>> mm.Top(ring_script=((0, 0.01, 0),))
 ArgumentError: ring_script[0].height = 0.01: must be greater than 0.036 m
 >>> mm.Top(ring_script=((0, 0.2, 0), (0, 0.3, 0)))
-ArgumentError: ring_script[1].time = 0: must be greater than 0 s
+ArgumentError: ring_script[1].time = 0: must be greater than 0 s, the time of the waypoint before
 >>> mm.Top(ring_script=((0, 0.2, 0), (1, 0.3, 0.7), (2, 0.2, 0.7)))
 ArgumentError: tilt = 0.7: must be less than 0.6289 rad, where the ring touches the floor
 
@@ -119,13 +119,13 @@ ArgumentError: gravity = 0.0: must be positive when surface = 'plane'
 >>> mm.Top(floor_tilt=(0.1,))
 ArgumentError: floor_tilt = (0.1,): must be 2 numbers
 >>> mm.Top(floor_tilt=(0.6, 0))
-ArgumentError: floor_tilt = 0.6: must be less than 0.5 rad (0.6 degrees are 0.01047 rad)
+ArgumentError: floor_tilt[0] = 0.6: must be less than 0.5 rad (0.6 degrees are 0.01047 rad)
 >>> mm.Top(floor_tilt=(0, -0.6))
-ArgumentError: floor_tilt = -0.6: must be at least -0.5 rad (-0.6 degrees are -0.01047 rad)
+ArgumentError: floor_tilt[1] = -0.6: must be at least -0.5 rad (-0.6 degrees are -0.01047 rad)
 >>> mm.Top(floor_tilt=(0.1, 0), gravity=0)
 ArgumentError: gravity = 0.0: must be positive when floor_tilt is not zero
 >>> mm.Top(background_field=(0, math.nan, 0))
-ArgumentError: background_field = nan: must be a finite number
+ArgumentError: background_field[1] = nan: must be a finite number
 >>> mm.Motor(gravity=-9.81)
 ArgumentError: gravity = -9.81: must be at least 0 m/s^2
 >>> mm.Motor(surface="plane", gravity=0.0)
@@ -190,7 +190,7 @@ ArgumentError: position = 0.6: must be 2 numbers
 >>> mm.Motor(position=(0.6,))
 ArgumentError: position = (0.6,): must be 2 numbers
 >>> mm.Motor(velocity=(0.0, math.nan))
-ArgumentError: velocity = nan: must be a finite number
+ArgumentError: velocity[1] = nan: must be a finite number
 >>> mm.Motor(axis=(0, 0, 0))
 ArgumentError: axis = (0.0, 0.0, 0.0): must have a nonzero component
 >>> mm.Motor(spin=math.inf)

@@ -250,20 +250,20 @@ ArgumentError: seed = -1: must be at least 0
 >>> tally = run(folder)
 >>> run(folder, duration=6.0, vary={"x": (1, 2)})
 ArgumentError: directory = '.../s': must be empty or hold this sweep; it holds one that differs in
-    duration, vary: give this sweep another directory (on the command line, --out)
+    duration, vary: give this sweep another folder (on the command line, --out)
 >>> notes = Path(here.name, "notes")
 >>> notes.mkdir()
 >>> file = notes / "mine.txt"
 >>> file.touch()
 >>> run(notes)
 ArgumentError: directory = '.../notes': must be empty or hold this sweep; it holds mine.txt: give
-    this sweep another directory (on the command line, --out)
+    this sweep another folder (on the command line, --out)
 >>> run(file)
-ArgumentError: directory = '.../notes/mine.txt': must be a directory
+ArgumentError: directory = '.../notes/mine.txt': must be a folder
 >>> mm.sweep.status(Path(here.name, "nowhere"))
-ArgumentError: directory = '.../nowhere': must be the directory of a sweep: it has no sweep.json
+ArgumentError: directory = '.../nowhere': must be the folder of a sweep: it has no sweep.json
 >>> mm.sweep.combine(Path(here.name, "nowhere"))
-ArgumentError: directory = '.../nowhere': must be the directory of a sweep: it has no sweep.json
+ArgumentError: directory = '.../nowhere': must be the folder of a sweep: it has no sweep.json
 >>> result, second = sorted(folder.glob("done/*/*"))
 >>> whole = result.read_bytes()
 >>> result.write_bytes(whole[:-9] + b"x" + whole[-8:]) > 0
@@ -291,7 +291,7 @@ ArgumentError: directory = '.../s/done/.../....json': must be a file: remove thi
 >>> claims.symlink_to(notes)
 >>> run(folder)
 ArgumentError: directory = '.../s/claims': must be a folder: a sweep follows no symbolic link out
-    of its directory
+    of its folder
 >>> plan = folder / "sweep.json"
 >>> plan.write_bytes(plan.read_bytes()[:-1]) > 0
 >>> mm.sweep.status(folder)
@@ -331,7 +331,7 @@ OtherVersions: a worker has {'magmotor': ..., 'machine': ...}, but the sweep has
     'numpy': '1.0', ...}
 >>> run(Path(here.name, "old"))
 ArgumentError: directory = '.../old': must be empty or hold this sweep; it holds one that differs
-    in versions: give this sweep another directory (on the command line, --out)
+    in versions: give this sweep another folder (on the command line, --out)
 >>> run(Path(here.name, "full"), measure=["sweep_measures:saved"], vary={"noise": (2.0, 3.0)})
 OSError: [Errno 28] No space left on device: 'disk/file'
 >>> here.cleanup()

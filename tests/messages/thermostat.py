@@ -353,6 +353,14 @@ ArgumentError: timestep = 0.0: must be greater than 0
 >>> model.opt.timestep = -1.0
 >>> mm.Langevin(model)
 ArgumentError: timestep = -1.0: must be greater than 0
+>>> model = lone()
+>>> model.body_user[1, 0] = math.nan
+>>> mm.Langevin(model)
+InputError: body 'post': user contains nan: every value must be finite and at most 1e+30 in
+    magnitude
+>>> mm.Langevin(model, kT=1, friction=1.0)
+InputError: body 'post': user contains nan: every value must be finite and at most 1e+30 in
+    magnitude
 >>> model = cart(option='viscosity="1"', flags='<flag sleep="enable"/>')
 >>> mm.Langevin(model, kT=1)
 ArgumentError: flag sleep = 'enable': must be 'disable' (splitting='o-step-o' with friction=1.0
@@ -375,14 +383,14 @@ InputError: body_gravcomp of the model contains inf: every value must be finite 
 
 # Dry friction
 >>> mm.Langevin(cart(rail='frictionloss="1"'), kT=1)
-ArgumentError: joint 'rail': frictionloss = 1.0: must be zero, or disabled by the flag
-    frictionloss (disable=['frictionloss'] lets Langevin ignore this; splitting='o-step-o' with
-    friction=1.0 takes every model, but can be far too cold where dry friction acts)
+ArgumentError: joint 'rail': frictionloss = 1.0: must be zero (disable=['frictionloss'] lets
+    Langevin ignore this; splitting='o-step-o' with friction=1.0 takes every model, but can be far
+    too cold where dry friction acts)
 >>> mm.Langevin(cart("frictionloss", rail='frictionloss="1"'), kT=1)
 >>> mm.Langevin(cart(cord='frictionloss="1"'), kT=1)
-ArgumentError: tendon 'cord': frictionloss = 1.0: must be zero, or disabled by the flag
-    frictionloss (disable=['frictionloss'] lets Langevin ignore this; splitting='o-step-o' with
-    friction=1.0 takes every model, but can be far too cold where dry friction acts)
+ArgumentError: tendon 'cord': frictionloss = 1.0: must be zero (disable=['frictionloss'] lets
+    Langevin ignore this; splitting='o-step-o' with friction=1.0 takes every model, but can be far
+    too cold where dry friction acts)
 >>> mm.Langevin(cart("frictionloss", cord='frictionloss="1"'), kT=1)
 
 # Damping that is not linear
@@ -404,22 +412,21 @@ ArgumentError: actuator 'servo': armature = 1.0: must be zero on a tendon: Lange
 
 # Contacts
 >>> mm.Langevin(cart(box=TOUCHING, floor=TOUCHING), kT=1)
-ArgumentError: geom 'floor' and geom 'box': condim = 3: must be 1, since dry friction has no
-    temperature: set condim=1, for contacts without friction, or disable the flag contact
-    (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
-    every model, but can be far too cold where dry friction acts)
+ArgumentError: geom 'floor' and geom 'box': condim = 3: must be 1, for contacts without friction:
+    dry friction has no temperature (disable=['contact'] lets Langevin ignore this;
+    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
+    friction acts)
 >>> mm.Langevin(cart("contact", box=TOUCHING, floor=TOUCHING), kT=1)
 >>> mm.Langevin(cart(box=f'{TOUCHING} condim="1"', floor=TOUCHING), kT=1)
-ArgumentError: geom 'floor' and geom 'box': condim = 3: must be 1, since dry friction has no
-    temperature: set condim=1, for contacts without friction, or disable the flag contact
-    (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
-    every model, but can be far too cold where dry friction acts)
+ArgumentError: geom 'floor' and geom 'box': condim = 3: must be 1, for contacts without friction:
+    dry friction has no temperature (disable=['contact'] lets Langevin ignore this;
+    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
+    friction acts)
 >>> mm.Langevin(cart("contact", box=f'{TOUCHING} condim="1"', floor=TOUCHING), kT=1)
 >>> mm.Langevin(cart(pair=PAIR.format("")), kT=1)
-ArgumentError: pair 'p': condim = 3: must be 1, since dry friction has no temperature: set
-    condim=1, for contacts without friction, or disable the flag contact (disable=['contact'] lets
-    Langevin ignore this; splitting='o-step-o' with friction=1.0 takes every model, but can be far
-    too cold where dry friction acts)
+ArgumentError: pair 'p': condim = 3: must be 1, for contacts without friction: dry friction has no
+    temperature (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with
+    friction=1.0 takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("contact", pair=PAIR.format("")), kT=1)
 >>> mm.Langevin(cart(pair=PAIR.format('friction="1e6 1e6"')), kT=1)
 ArgumentError: pair 'p': friction = 1000000.0: viscous contacts are for bodies that hang on the
@@ -430,17 +437,17 @@ ArgumentError: pair 'p': friction = 1000000.0: viscous contacts are for bodies t
 >>> model = arm(contact="enable")
 >>> model.geom_condim[:] = 3
 >>> mm.Langevin(model, kT=1)
-ArgumentError: geom 'forearm' and geom 'block': condim = 3: must be 1, since dry friction has no
-    temperature: set condim=1, for contacts without friction, or disable the flag contact
-    (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
-    every model, but can be far too cold where dry friction acts)
+ArgumentError: geom 'forearm' and geom 'block': condim = 3: must be 1, for contacts without
+    friction: dry friction has no temperature (disable=['contact'] lets Langevin ignore this;
+    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
+    friction acts)
 >>> mm.Langevin(model, kT=1, disable=["contact"])
 >>> mm.Langevin(model, kT=1, splitting="o-step-o")
 >>> mm.Langevin(load(BOXES.format("box")), kT=1, friction=1.0)
 ArgumentError: geom 'floor' and geom 'cube': types = 'box and box': their contact points jump, so
-    that the force has no potential: use spheres or capsules, or boxes and cylinders on planes; or
-    disable the flag contact (disable=['contact'] lets Langevin ignore this; splitting='o-step-o'
-    with friction=1.0 takes every model, but can be far too cold where dry friction acts)
+    that the force has no potential: use spheres or capsules, or boxes and cylinders on planes
+    (disable=['contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
+    every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(load(BOXES.format("plane")), kT=1, friction=1.0)
 
 # Actuators without a potential
@@ -453,33 +460,29 @@ ArgumentError: number of plugins = 1: must be zero, except for magmotor.forces a
 >>> adhesion = '<adhesion name="servo" body="cart" ctrlrange="0 1"/>'
 >>> mm.Langevin(cart(actuator=adhesion), kT=1)
 ArgumentError: actuator 'servo': transmission = 'body': must not be a body, since adhesion has no
-    potential: change it or disable the flag actuation (disable=['actuation'] lets Langevin ignore
-    this; splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where
-    dry friction acts)
+    potential (disable=['actuation'] lets Langevin ignore this; splitting='o-step-o' with
+    friction=1.0 takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("actuation", actuator=adhesion), kT=1)
 >>> on_a_ball = '<position name="servo" joint="ball" kp="1"/>'
 >>> mm.Langevin(cart(actuator=on_a_ball), kT=1)
 ArgumentError: actuator 'servo': transmission = 'joint': must act on a hinge, a slide, a tendon or
-    a slider-crank, since its force depends on the position and has no potential otherwise: change
-    it or disable the flag actuation (disable=['actuation'] lets Langevin ignore this;
-    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
-    friction acts)
+    a slider-crank, since its force depends on the position and has no potential otherwise
+    (disable=['actuation'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
+    every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("actuation", actuator=on_a_ball), kT=1)
 >>> mm.Langevin(cart(actuator=ON_SITE), kT=1)
 ArgumentError: actuator 'servo': transmission = 'site': must act on a hinge, a slide, a tendon or
-    a slider-crank, since its force depends on the position and has no potential otherwise: change
-    it or disable the flag actuation (disable=['actuation'] lets Langevin ignore this;
-    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
-    friction acts)
+    a slider-crank, since its force depends on the position and has no potential otherwise
+    (disable=['actuation'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
+    every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("actuation", actuator=ON_SITE), kT=1)
 >>> on_the_cord = '<position name="servo" tendon="cord" kp="1"/>'
 >>> limited = {"pin": 'actuatorfrcrange="-1 1"', "actuator": on_the_cord}
 >>> mm.Langevin(cart(**limited), kT=1)
 ArgumentError: joint 'pin': actfrcrange = [-1.0, 1.0]: must be without limits, since actuator
-    'servo' acts on several joints, and its force has no potential where one of them limits it:
-    change it or disable the flag actuation (disable=['actuation'] lets Langevin ignore this;
-    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
-    friction acts)
+    'servo' acts on several joints, and its force has no potential where one of them limits it
+    (disable=['actuation'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes
+    every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(cart("actuation", **limited), kT=1)
 
 # What a model at a temperature may have
@@ -592,9 +595,8 @@ ArgumentError: tendon 'cord': actfrcrange = [-1.0, 1.0]: must be without limits,
 InputError: actuator 'servo': forcerange = [-1.0, 1.0]: must be without limits, since actuator
     'servo' damps (its biasprm[2] is not zero), and a damper that is clamped has no law of
     fluctuation and dissipation: change it or disable the flag actuation; joint 'elbow':
-    frictionloss = 0.1: must be zero, or disabled by the flag frictionloss; geom 'forearm' and
-    geom 'block': condim = 3: must be 1, since dry friction has no temperature: set condim=1, for
-    contacts without friction, or disable the flag contact (disable=['limit', 'actuation',
+    frictionloss = 0.1: must be zero; geom 'forearm' and geom 'block': condim = 3: must be 1, for
+    contacts without friction: dry friction has no temperature (disable=['limit', 'actuation',
     'frictionloss', 'contact'] lets Langevin ignore these; splitting='o-step-o' with friction=1.0
     takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(model, kT=1, disable=["limit", "frictionloss", "contact"])
@@ -604,16 +606,14 @@ ArgumentError: actuator 'servo': forcerange = [-1.0, 1.0]: must be without limit
     'frictionloss', 'contact', 'actuation'] lets Langevin ignore this; splitting='o-step-o' with
     friction=1.0 takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(model, kT=1, disable=["limit", "actuation", "contact"])
-ArgumentError: joint 'elbow': frictionloss = 0.1: must be zero, or disabled by the flag
-    frictionloss (disable=['limit', 'actuation', 'contact', 'frictionloss'] lets Langevin ignore
-    this; splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where
-    dry friction acts)
+ArgumentError: joint 'elbow': frictionloss = 0.1: must be zero (disable=['limit', 'actuation',
+    'contact', 'frictionloss'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0
+    takes every model, but can be far too cold where dry friction acts)
 >>> mm.Langevin(model, kT=1, disable=["limit", "actuation", "frictionloss"])
-ArgumentError: geom 'forearm' and geom 'block': condim = 3: must be 1, since dry friction has no
-    temperature: set condim=1, for contacts without friction, or disable the flag contact
-    (disable=['limit', 'actuation', 'frictionloss', 'contact'] lets Langevin ignore this;
-    splitting='o-step-o' with friction=1.0 takes every model, but can be far too cold where dry
-    friction acts)
+ArgumentError: geom 'forearm' and geom 'block': condim = 3: must be 1, for contacts without
+    friction: dry friction has no temperature (disable=['limit', 'actuation', 'frictionloss',
+    'contact'] lets Langevin ignore this; splitting='o-step-o' with friction=1.0 takes every
+    model, but can be far too cold where dry friction acts)
 >>> flags = ["limit", "actuation", "frictionloss", "contact"]
 >>> mm.Langevin(model, kT=1, disable=flags)
 >>> model.opt.density = 1.0
@@ -689,7 +689,7 @@ ArgumentError: splitting = 'o-step-o': must not consist of steps of MuJoCo
 >>> data = mujoco.MjData(model)
 >>> data.time = math.inf
 >>> langevin.step(data)
-ArgumentError: data.time = inf: must be less than 2^53 timesteps
+ArgumentError: data.time = inf: must be finite and between -2^53 and 2^53 timesteps
 >>> mujoco.set_mjcb_passive(lambda model, data: None)
 >>> langevin.step(mujoco.MjData(model))
 ArgumentError: mjcb_passive = 'a function': must not be set (by magnetism(), either) while this
@@ -703,7 +703,8 @@ ArgumentError: timestep = 0.5: must still be 0.002, since Langevin reads it only
 FatalError: dipole sites 1 'south' and 0 'north' coincide: their force is undefined
 >>> full = load(NO_MEMORY)
 >>> mm.Langevin(full, kT=1e-3, friction=1.0).step(mujoco.MjData(full))
-FatalError: at t = 0.001: there is no memory for all contacts: increase <size>
+FatalError: at t = 0.001: there is no memory for all contacts: increase memory in <size
+    memory="..."/>
 
 # Rollouts
 >>> model = slides("", "")
@@ -814,9 +815,9 @@ ArgumentError: path = BrownianPath(seed=1, timestep=0.002, factor=1, level=0, ho
 >>> langevin, data = mm.Langevin(model), mujoco.MjData(model)
 >>> exchanged = langevin.step(data, 10)
 >>> langevin.forces(data)
-ArgumentError: kT = None: must be given: without it, steps are all there is
+ArgumentError: kT = None: must be given for this: without kT, Langevin only takes steps
 >>> langevin.largest_timestep(data)
-ArgumentError: kT = None: must be given: without it, steps are all there is
+ArgumentError: kT = None: must be given for this: without kT, Langevin only takes steps
 
 # Options and flags without kT
 >>> mm.Langevin(lone("<option", '<option density="1"'))
@@ -849,16 +850,15 @@ ArgumentError: number of equalities = 1: must be zero without kT (disable=['equa
 ArgumentError: tendon 'rope': stiffness = 2.0: must be zero, or disabled by the flag spring (with
     kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="rope"', 'name="rope" frictionloss="2"'))
-ArgumentError: tendon 'rope': frictionloss = 2.0: must be zero, or disabled by the flag
-    frictionloss (disable=['frictionloss'] lets Langevin ignore this; with kT, Langevin takes
-    other bodies, too, but not the noise of the model)
+ArgumentError: tendon 'rope': frictionloss = 2.0: must be zero (disable=['frictionloss'] lets
+    Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
+    model)
 >>> mm.Langevin(lone('name="rope"', 'name="rope" armature="2"'))
 ArgumentError: tendon 'rope': armature = 2.0: must be zero (with kT, Langevin takes other bodies,
     too, but not the noise of the model)
 >>> mm.Langevin(lone('name="rope"', 'name="rope" limited="true" range="0 1"'))
-ArgumentError: tendon 'rope': limited = True: must be zero, or disabled by the flag limit
-    (disable=['limit'] lets Langevin ignore this; with kT, Langevin takes other bodies, too, but
-    not the noise of the model)
+ArgumentError: tendon 'rope': limited = True: must be False (disable=['limit'] lets Langevin
+    ignore this; with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> wire = '<spatial name="wire" damping="1"><site site="a"/><site site="b"/></spatial>'
 >>> mm.Langevin(lone("</tendon>", f"{wire}</tendon>"))
 ArgumentError: tendon 'wire': damping = 1.0: must be zero without kT, unless the tendon is a fixed
@@ -906,13 +906,12 @@ ArgumentError: joint 'x': dampingpoly = [2.0, 0.0]: damping that depends on velo
     Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
     model)
 >>> mm.Langevin(lone('name="x"', 'name="x" range="0 1" limited="true"'))
-ArgumentError: joint 'x': limited = True: must be zero, or disabled by the flag limit
-    (disable=['limit'] lets Langevin ignore this; with kT, Langevin takes other bodies, too, but
-    not the noise of the model)
+ArgumentError: joint 'x': limited = True: must be False (disable=['limit'] lets Langevin ignore
+    this; with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('name="turn"', 'name="turn" frictionloss="2"'))
-ArgumentError: joint 'turn': frictionloss = 2.0: must be zero, or disabled by the flag
-    frictionloss (disable=['frictionloss'] lets Langevin ignore this; with kT, Langevin takes
-    other bodies, too, but not the noise of the model)
+ArgumentError: joint 'turn': frictionloss = 2.0: must be zero (disable=['frictionloss'] lets
+    Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
+    model)
 >>> up = '<joint name="up" type="hinge" axis="0 0 1"/>'
 >>> mm.Langevin(lone('<joint name="turn"', f'{up}<joint name="turn"'))
 ArgumentError: body 'disk': joints = ['slide', 'hinge', 'hinge']: must be slides, followed by at
@@ -962,9 +961,9 @@ ArgumentError: contact of geom 'floor' and geom 'rim' = 'condim 3, friction 1e+0
     elliptic cone (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
     bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone('impratio="1e-14"', 'impratio="1"'))
-ArgumentError: pair 'slip': R/A = 952.2857142857142: must be at least 1e+06: a smaller impratio
-    increases it (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other
-    bodies, too, but not the noise of the model)
+ArgumentError: pair 'slip': R/A = 952.2857142857142: must be at least 1e+06: decrease the option
+    impratio (disable=['contact'] lets Langevin ignore this; with kT, Langevin takes other bodies,
+    too, but not the noise of the model)
 >>> mm.Langevin(lone('pos="0 0 0.1"', 'pos="0 0 0.2"'))
 ArgumentError: pair 'slip': active contacts at qpos0 = 0: must be exactly one (disable=['contact']
     lets Langevin ignore this; with kT, Langevin takes other bodies, too, but not the noise of the
@@ -995,7 +994,7 @@ ArgumentError: contact of geom 'floor' and geom 'head' = 'not viscous': must be 
 # Samples by the Metropolis algorithm
 >>> locked = cart(equality='<joint name="lock" joint1="rail"/>')
 >>> mm.metropolis(locked, 1.0)
-ArgumentError: model = "equality 'lock'": its potential is unknown; disable the flag equality or
+ArgumentError: equality 'lock': potential = 'unknown': must be known; disable the flag equality or
     pass `potential`
 >>> biceps = '<muscle name="biceps" joint="pin" lengthrange="-1 1"/>'
 >>> mm.metropolis(cart(actuator=biceps), 1.0)
@@ -1006,7 +1005,7 @@ ArgumentError: model = "actuator 'biceps'": the bias of its force must be affine
 ArgumentError: model = "actuator 'servo'": the range of its control must contain zero; disable the
     flag actuation, or pass `potential`
 >>> mm.metropolis(cart(box=TOUCHING, floor=TOUCHING), 1.0)
-ArgumentError: model = "geom 'floor' and geom 'box'": its potential is unknown; disable the flag
+ArgumentError: geom 'floor' and geom 'box': potential = 'unknown': must be known; disable the flag
     contact or pass `potential`
 >>> run = mm.metropolis(
 ...     cart("contact", box=TOUCHING, floor=TOUCHING), 1.0, samples=1, burn_in=0
@@ -1053,12 +1052,14 @@ InputError: forces(data) has shape (3,): must have shape (2,)
 >>> mm.configurational_temperature(model, records(), lambda data: "a")
 ArgumentError: forces(data) = 'a': must be an array of numbers
 >>> mm.configurational_temperature(model, records(), lambda data: np.ones(2))
-ArgumentError: model = 'at the positions of run': some force of the position must act
+ArgumentError: divergences of forces at the positions of run = 0.0: must not be zero everywhere:
+    some force must depend on the position
 >>> mm.configurational_temperature(model, records(qfrc_applied=("n", np.zeros(3))))
 InputError: qfrc_applied of run has shape (3,): must have shape (2,)
 >>> model.opt.gravity[:] = 0
 >>> mm.configurational_temperature(model, records())
-ArgumentError: model = 'at the positions of run': some force of the position must act
+ArgumentError: forces at the positions of run = 0.0: must not be zero everywhere: some force must
+    depend on the position
 >>> floor = "<worldbody><geom name='floor' type='plane' size='1 1 1'/>"
 >>> hand = "<geom name='hand' size='0.1' condim='3'/><inertial"
 >>> rubbing = DOUBLE.replace("<worldbody>", floor).replace("<inertial", hand, 1)
@@ -1073,6 +1074,6 @@ UserWarning: joint 'j0': on average, the records still contain 49.4 % of the ene
     follow in fewer steps: a burn_in of 11 s (5.7e+03 steps) leaves 1 % (by small motions about
     the initial position)
 >>> mm.configurational_temperature(model, run)
-ArgumentError: model = 'another one': must be the effective_model of the Langevin that made this
-    run, since it disabled flags or softened constraints
+ArgumentError: model = <mujoco...MjModel object at 0x...>: must be the effective_model of the
+    Langevin that made this run, since it disabled flags or softened constraints
 """

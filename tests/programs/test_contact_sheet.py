@@ -176,7 +176,7 @@ def test_what_cannot_be_shown_is_named(runs, scenes, tmp_path):
     rejected("scene", scenes=[mm.Disk()] * 3)
     rejected("scene", scenes=[*scenes[:2], mm.Motor()])
     rejected("replicas", runs=[*runs[:2], runs[2].expand_dims(replica=2)])
-    rejected("method", runs=[*runs[:2], runs[2].drop_vars("orientation")])
+    rejected("run", runs=[*runs[:2], runs[2].drop_vars("orientation")])
     rejected("speed", speed=0)
     assert not any(tmp_path.iterdir())
 

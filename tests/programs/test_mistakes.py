@@ -127,7 +127,7 @@ def test_every_sweep_has_a_folder_of_its_own(sweep, tmp_path):
         assert (tmp_path / "out" / f"{folder}.nc").exists()
     code, _, errors = sweep("--vary", "tilt=0,0.2")
     assert code == 2
-    assert "it holds one that differs in vary: give this sweep another directory (on the" in errors
+    assert "it holds one that differs in vary: give this sweep another folder (on the" in errors
     assert "--out" in errors
 
 

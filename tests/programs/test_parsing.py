@@ -83,7 +83,7 @@ def run(monkeypatch, capsys, tmp_path):
     ("movie top --scene pipe.xml", "movie: cannot read pipe.xml: pipe.xml is a pipe"),
     ("export run pipe.xml a.csv", "export: cannot read pipe.xml: it is not a file"),
     ("sweep status force.xml",
-     "sweep: directory = 'force.xml': must be the directory of a sweep: it has no sweep.json"),
+     "sweep: directory = 'force.xml': must be the folder of a sweep: it has no sweep.json"),
     ("examples list all", "examples: list takes no argument 'all'"),
 ])  # fmt: skip
 def test_a_mistake_in_the_arguments_is_one_sentence(line, sentence, run, tmp_path):

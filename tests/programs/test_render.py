@@ -323,7 +323,7 @@ def test_ctrl_c_ends_a_movie_as_ctrl_c(opengl, run, tmp_path, monkeypatch):
 
 def test_a_run_without_orientation_cannot_be_filmed(tmp_path):
     run = mm.simulate(mm.Top(), method="scipy/dop853", timestep=0.1, duration=1)
-    with refused("method"):
+    with refused("run"):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4")
     with refused("speed"):
         mm.render.movie(run, mm.Top(), tmp_path / "top.mp4", speed=0)

@@ -236,9 +236,9 @@ def test_mistakes_about_folders(script, tmp_path):
     out = tmp_path / "s"
     script("sweep", *TOP, *QUICK, "--out", out)
     for arguments, line in {
-        ("status", tmp_path): "must be the directory of a sweep: it has no sweep.json",
-        ("combine", tmp_path / "no"): "must be the directory of a sweep: it has no sweep.json",
-        ("movie", tmp_path / "no"): "must be the directory of a sweep: it has no sweep.json",
+        ("status", tmp_path): "must be the folder of a sweep: it has no sweep.json",
+        ("combine", tmp_path / "no"): "must be the folder of a sweep: it has no sweep.json",
+        ("movie", tmp_path / "no"): "must be the folder of a sweep: it has no sweep.json",
         (*TOP, *QUICK, "--friction", "0.2", "--out", out): "holds one that differs in scene_fields",
         (*TOP, *QUICK, "--out", tmp_path): "must be empty or hold this sweep; it holds s",
     }.items():

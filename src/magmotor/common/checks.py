@@ -98,7 +98,9 @@ def check_number(
         number = None
     if number is None or isinstance(value, str | bytes | bytearray):
         raise ArgumentError(name, value, "must be a number")
-    if isinstance(value, bool | np.bool_) or not math.isfinite(number):
+    if isinstance(value, bool | np.bool_):
+        raise ArgumentError(name, value, "must be a number, not True or False")
+    if not math.isfinite(number):
         raise ArgumentError(name, value, "must be a finite number")
     shown = f" {unit}" if unit not in ("", "1") else ""
     bound = ""

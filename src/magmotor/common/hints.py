@@ -115,8 +115,9 @@ def numbers(*shape: Any, **bounds: Any) -> Check:
     def check(name: str, value: Any, *shape: Any) -> Any:
         array = check_array(name, value, *shape)
         if array.size:
-            check_number(f"smallest {name}", float(array.min()), **bounds)
-            check_number(f"largest {name}", float(array.max()), **bounds)
+            for i in (array.argmin(), array.argmax()):
+                place = "".join(f"[{k}]" for k in np.unravel_index(i, array.shape))
+                check_number(f"{name}{place}", float(array.flat[i]), **bounds)
         return array
 
     return Shaped(shape, check) if shape else Described(_within("numbers", bounds), check)
@@ -151,13 +152,12 @@ def output(*suffixes: str) -> Check:
     def check(name: str, value: Any) -> Any:
         path = Path(check_path(name, value))
         if suffixes and path.suffix.lower() not in suffixes:
-            raise ArgumentError(
-                name, value, f"must be a file name that ends in {' or '.join(suffixes)}"
-            )
+            ends = "one of " * (len(suffixes) > 1) + ", ".join(suffixes)
+            raise ArgumentError(name, value, f"must be a file name that ends in {ends}")
         if path.is_dir():
-            raise ArgumentError(name, value, "must be a file, not a directory")
+            raise ArgumentError(name, value, "must be a file, not a folder")
         if not path.parent.is_dir():
-            raise ArgumentError(name, value, "must be in an existing directory")
+            raise ArgumentError(name, value, "must be in an existing folder")
         return path  # without a trailing slash, which others take for an extension
 
     return Described(f"file {' or '.join(suffixes)}".rstrip(), check)

@@ -11,6 +11,7 @@ import stat
 import time
 import warnings
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import whole_file
-from magmotor.common.integrity import LENGTH, checksum_of, verified, with_checksum
+from magmotor.common.integrity import LENGTH, checksum_of, parsed, verified, with_checksum
 
 SECONDS_BETWEEN = 30.0
 
@@ -133,11 +134,8 @@ class Checkpoint:
             raise self._reject("the file is not a checkpoint") from None
         for name in {**self.task, **task}:
             if task.get(name, ...) != self.task.get(name, ...):
-                there, here = (
-                    repr(known[name]) if name in known else "missing" for known in (task, self.task)
-                )
-                sentence = f"the checkpoint is of another run: its {name} is {there}, not {here}"
-                raise self._reject(sentence)
+                how = _difference(name, task.get(name, ...), self.task.get(name, ...))
+                raise self._reject(f"the checkpoint is of another run: {how}")
         if type(done) is not int or not 0 <= done <= self.total:
             sentence = f"the number of finished records must be 0 to {self.total}, and is {done!r}"
             raise self._reject(sentence)
@@ -164,6 +162,28 @@ class Checkpoint:
             bad = values[wrong].flat[0]
             raise self._reject(f"its {name} must be finite and in bounds, and has the value {bad}")
         return values
+
+
+def _difference(name: str, there: Any, here: Any) -> str:
+    """Say how an argument of another run differs, or which fields of it if it is a JSON object.
+
+    An argument that was not given is `...`.
+    """
+    if name == "initial":
+        return "it started from another initial state"
+    if here is ...:
+        return f"{name} was given there only"
+    if there is ...:
+        return f"{name} is given here only"
+    old: Any = None
+    new: Any = None
+    with suppress(TypeError, ValueError):
+        old, new = parsed(there), parsed(here)
+    fields = {**old, **new} if isinstance(old, dict) and isinstance(new, dict) else {}
+    short = name.removesuffix("_fields")
+    values = {f"{short}.{field}": (old.get(field, ...), new.get(field, ...)) for field in fields}
+    differing = [_difference(field, *both) for field, both in values.items() if both[0] != both[1]]
+    return ", ".join(differing) or f"{name} was {there!r} there and is {here!r} here"
 
 
 def save(path: Path, task: dict[str, Any], done: int, arrays: Arrays) -> None:

@@ -149,4 +149,4 @@ def _checked(field: dataclasses.Field, value: Any) -> Any:
         value = value.tolist()
     if not isinstance(value, tuple | list) or len(value) != size:
         raise ArgumentError(field.name, value, f"must be {size} numbers")
-    return tuple(check_value(field, element, field.name) for element in value)
+    return tuple(check_value(field, part, f"{field.name}[{i}]") for i, part in enumerate(value))

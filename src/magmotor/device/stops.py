@@ -15,7 +15,7 @@ class SimulationStopped(MagmotorError, RuntimeError):
     ----------
     reason : str
     time : float
-        The first recorded time that is not in `dataset`, in seconds.
+        The first recorded time that is not in `dataset`.
     method : str
     timestep : float
     dataset : xarray.Dataset
@@ -25,9 +25,8 @@ class SimulationStopped(MagmotorError, RuntimeError):
     def __init__(self, reason: str, time: float, dataset: xr.Dataset):
         self.reason, self.time, self.dataset = reason, time, dataset
         self.method, self.timestep = dataset.attrs["method"], dataset.attrs["timestep"]
-        super().__init__(
-            f"{self.method} with timestep {self.timestep:g} s stopped at t = {time:g} s: {reason}"
-        )
+        timestep, after = (_with_unit(each, dataset) for each in (self.timestep, time))
+        super().__init__(f"{self.method} with timestep {timestep} stopped at t = {after}: {reason}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle all arguments, as worker processes require."""
@@ -79,15 +78,20 @@ class SimulationInterrupted(KeyboardInterrupt):
     def __init__(self, dataset: xr.Dataset, checkpoint: str | Path | None = None):
         self.dataset, self.time = dataset, float(dataset.time.values[-1])
         self.checkpoint = None if checkpoint is None else Path(checkpoint)
-        unit = str(dataset.time.attrs.get("units", "1")).removeprefix("1")
         how = "the attribute `dataset` has the records; with a checkpoint, runs can be resumed"
         if self.checkpoint is not None:
             how = f"the same call resumes from the checkpoint {self.checkpoint}"
-        super().__init__(f"interrupted at t = {self.time:g} {unit}".rstrip() + f": {how}")
+        super().__init__(f"interrupted at t = {_with_unit(self.time, dataset)}: {how}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle all arguments, as worker processes require."""
         return type(self), (self.dataset, self.checkpoint)
+
+
+def _with_unit(time: float, dataset: xr.Dataset) -> str:
+    """Return a time as text, with its unit in a dataset unless that is 1."""
+    unit = str(dataset.time.attrs.get("units", "1")).removeprefix("1")
+    return f"{time:g} {unit}".rstrip()
 
 
 def stopped(failure: tuple[str, str], time: float, dataset: xr.Dataset) -> SimulationStopped:

@@ -17,7 +17,7 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.common.checks import check_array, check_choice, check_floats, check_integer, elements
+from magmotor.common.checks import check_array, check_floats, check_integer, elements
 from magmotor.common.environment import data_folder
 from magmotor.common.exceptions import ArgumentError
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
@@ -268,8 +268,8 @@ class LevitationVector(VectorEnv):
 
 
 def _render_mode(mode: str | None) -> str | None:
-    if mode is not None:
-        check_choice("render_mode", mode, ("rgb_array",))
+    if not isinstance(mode, str | None) or mode not in (None, "rgb_array"):
+        raise ArgumentError("render_mode", mode, "must be 'rgb_array' or None")
     return mode
 
 

@@ -60,8 +60,8 @@ class Panel:
         try:
             spec = self._added_to(model_parts.spec_of(root))
         except IndexError:
-            sentence = "its model must have a keyframe, its initial state, and sliders a joint"
-            raise ArgumentError("scene", self.scene, sentence) from None
+            needed = "a keyframe for its initial state, and a joint if it has sliders"
+            raise ArgumentError("scene", self.scene, f"its model must have {needed}") from None
         model = model_parts.compiled(spec)
         model.stat.meansize = model.stat.extent / 20  # size of the markers of mouse forces
         return model

@@ -1,6 +1,5 @@
 """Reports of errors, which compiled code finds, with the elements and numbers that they name."""
 
-import math
 
 from magmotor.mjcf import error_numbers, error_raising, error_sentences, layout, memory
 from magmotor.mjcf.declarations import reader
@@ -143,7 +142,9 @@ def _find_details(error, m, d, offsets, details):
             details[k] = memory.words(found, 4)[1 + k]
     elif number == error_numbers.MATERIAL:
         numbers = numbers_of(first, m, offsets)
-        details[0] = numbers[0] if len(numbers) > 0 else math.nan
+        details[0] = len(numbers)
+        for k in range(min(len(numbers), 3)):
+            details[1 + k] = numbers[k]
     elif number == error_numbers.OUTSIDE:
         _locate(first, error[2], m, d, offsets, details)
 

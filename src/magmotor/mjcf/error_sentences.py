@@ -104,10 +104,11 @@ def _mark_error(_number: int, text: str, _other: int, config: str, _details: Det
     for mark, data in (("text 'magmotor'", text), ("config 'act' of magmotor.forces", config)):
         words = data.encode().split()  # at ASCII white space only
         if data and not (words and {*words} <= {*allowed.encode().split(b", ")}):
-            return f"{mark} = {data!r}: must be one or more of the words {allowed}"
+            rule = f"must be one or more of the words {allowed}, separated by spaces"
+            return f"{mark} = {data!r}: {rule}"
     return (
         f"text 'magmotor' = {text!r} and config 'act' of magmotor.forces = {config!r}: must have"
-        " the same words; give one of them"
+        " the same words, or only one of the two must be given"
     )
 
 
@@ -182,11 +183,21 @@ def _coincidence(number: int, name: str, other: int, other_name: str, details: D
     return f"{both or f'{one} and {two}'} coincide: their force is undefined"
 
 
+def _material(number: int, name: str, _other: int, _other_name: str, details: Details) -> str:
+    count = int(details[0])
+    given = " ".join([f"{each:g}" for each in details[1:4][:count]] + ["..."] * (count > 3))
+    given = given or "no number"
+    return (
+        f"numeric {number} {name!r} = {given}: a material must be a susceptibility, at least -1,"
+        " and optionally a saturation magnetization in A/m, not negative; both finite"
+    )
+
+
 _OF_DRIVES = {
     custom.DELAY: "must not have a delay",
     custom.PRM: (
-        "has prm = {1:g}, where its core saturates, which must be finite and not negative (0: it"
-        " does not)"
+        "has prm = {1:g}, the drive near which its core saturates: must be finite and at least 0"
+        " (0: never)"
     ),
 }
 _OF_COILS = _OF_DRIVES | {
@@ -232,10 +243,7 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
     error_numbers.FIELD: ("numeric {} {!r}: a field " + FIELD_RULE).format,
     error_numbers.FIELD_TUPLE: _tuple_error("field", _OF_FIELDS),
     error_numbers.IRON: _tuple_error("iron", _OF_IRON),
-    error_numbers.MATERIAL: (
-        "numeric {0} {1!r}: a material must be a susceptibility, at least -1 (here {4[0]:g}), and"
-        " optionally a saturation magnetization in A/m, not negative; both finite".format
-    ),
+    error_numbers.MATERIAL: _material,
     error_numbers.SIZE: (
         "iron geom {} {!r}: its size must be positive and finite".format
     ),
@@ -274,7 +282,8 @@ _OF_ERRORS: dict[int, Callable[..., str]] = {
         " most 31, or 32 plus the window for a held path".format
     ),
     error_numbers.TIME: (
-        "time = {4[0]:g}: must be finite and less than 2^53 timesteps while noise acts".format
+        "time = {4[0]:g}: must be finite and between -2^53 and 2^53 timesteps while noise"
+        " acts".format
     ),
     error_numbers.INDEX: _index_error,
     error_numbers.CONSTANT: (

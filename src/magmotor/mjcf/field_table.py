@@ -71,15 +71,16 @@ def tabulated_field(
     if not (low < high).all():
         raise ArgumentError("upper", upper, f"must be larger than lower = {lower} along each axis")
     if len(shape) != 3:
-        raise ArgumentError("shape", shape, "must be three numbers of nodes, along x, y and z")
+        raise ArgumentError("shape", shape, "must be the numbers of nodes along x, y and z")
     counts = [check_integer("shape", count, at_least=FEWEST) for count in shape]
     axes = (np.linspace(*ends) for ends in zip(low, high, counts, strict=True))
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     try:
         values = check_array("field(points)", field(points), len(points), 3)
     except (ValueError, TypeError, IndexError) as error:
-        once = f"field is called once, with all points, shape {points.shape}, and returns B of each"
-        raise InputError(f"{error}; {once}") from error
+        what = error if isinstance(error, InputError) else f"field(points) failed ({error})"
+        once = "field is called once, with all points, and must return B at each"
+        raise InputError(f"{what}; {once}, shape {points.shape}") from error
     spacing = (high - low) / (np.array(counts) - 1)
     numbers = [*counts, *low.tolist(), *spacing.tolist(), *values.ravel().tolist()]
     return f'<numeric name="{name}" data="{" ".join(map(repr, numbers))}"/>'

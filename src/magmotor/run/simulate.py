@@ -234,10 +234,11 @@ def _first_step(initial: Any, path: BrownianPath, method: str) -> int:
     if "seed" not in attributes or path_of(attributes) != path:
         return 0
     first = check_integer("attributes['first_step']", attributes.get("first_step", 0), at_least=0)
-    if "time" not in initial.coords or not initial.time.size:
+    if "time" not in initial.coords:
         raise ArgumentError(
             "initial", [*initial.coords], "must be a dataset with the coordinate time"
         )
+    check_integer("number of records in initial", initial.time.size, at_least=1)
     if "replica" in initial.coords:
         numbers = np.atleast_1d(initial.replica.values).tolist()
         if numbers != [*range(len(numbers))]:

@@ -40,7 +40,7 @@ FOLDERS = {"parts", "claims", "done", "failed"}
 
 GONE = "was moved or removed while the sweep ran"
 
-ANOTHER = "give this sweep another directory (on the command line, --out)"
+ANOTHER = "give this sweep another folder (on the command line, --out)"
 
 
 class Directory:
@@ -218,7 +218,7 @@ def _check_inside(root: Path, file: Path) -> None:
     """Raise ValueError if a folder between the sweep's directory and a file is a symbolic link."""
     for folder in [*file.parents][:-1]:
         if (root / folder).is_symlink():
-            sentence = "must be a folder: a sweep follows no symbolic link out of its directory"
+            sentence = "must be a folder: a sweep follows no symbolic link out of its folder"
             raise ArgumentError("directory", str(root / folder), sentence)
 
 
@@ -262,7 +262,7 @@ def _unrelated_files(path: Path) -> list[str]:
     except FileNotFoundError:
         return []
     except NotADirectoryError:
-        raise ArgumentError("directory", str(path), "must be a directory") from None
+        raise ArgumentError("directory", str(path), "must be a folder") from None
 
 
 def _stored_spec(folder: Path) -> dict[str, Any]:
@@ -297,7 +297,7 @@ def sweep_of(path: str | Path, *, measures: Iterable[str] = ()) -> Sweep:
             raise FileNotFoundError
         return sweep_from(_stored_spec(folder), measures=measures)
     except FileNotFoundError:
-        sentence = f"must be the directory of a sweep: it has no {SWEEP}"
+        sentence = f"must be the folder of a sweep: it has no {SWEEP}"
         raise ArgumentError("directory", str(path), sentence) from None
     except Damaged as damage:
         sentence = f"{damage}; running the same sweep again repairs it"

@@ -120,8 +120,9 @@ def _sweep(text: Any, measures: Iterable[str]) -> xr.Dataset:
 
 def _check_dimensions(run: xr.Dataset, attributes: Mapping[str, Any], scene: Scene) -> None:
     unknown = {*map(str, run.dims)} - DIMENSIONS - scene.device.ensemble_dimensions
-    if unknown or not run.sizes.get("time"):
+    if unknown or "time" not in run.dims:
         raise ArgumentError("dimensions", [*run.dims], "must be those of one run")
+    check_integer("number of records in run", run.sizes["time"], at_least=1)
     replicas, found = attributes.get("replicas"), run.sizes.get("replica")
     if type(replicas) is not type(found) or replicas != found:
         raise ArgumentError(

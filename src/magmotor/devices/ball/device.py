@@ -64,12 +64,10 @@ class BallDevice(Device[S, T], Generic[S, T]):
         from scipy.spatial.transform import Rotation, Slerp
 
         if "orientation" not in run:
-            method = run.attrs.get("method")
-            raise ArgumentError(
-                "method",
-                method,
-                "must be mujoco/* or variational/*, since other runs have no orientations to draw",
+            sentence = (
+                "the dataset must also have orientation, as runs by mujoco/* and variational/* do"
             )
+            raise ArgumentError("run", [*map(str, run.data_vars)], sentence)
         rotations = tuple(name for name in ("orientation", "ring_orientation") if name in run)
         run = checked_run("run", run, rotations, (type(scene),), replicas=False)
         linear = 2 if scene.surface == "planar" else 3
@@ -115,4 +113,4 @@ ROLLED_OFF = "ball rolled off"
 
 def rolled_off(apart: float, edge: float) -> str:
     """Return the reason for the event, from the distance and its bound in m."""
-    return f"the ball is {apart:.2f} m from the center, beyond {edge:.2f} m, where no ring holds it"
+    return f"the ball is {apart:.4f} m from the center, beyond {edge:.4f} m, where no ring holds it"

@@ -148,8 +148,9 @@ def minimum(scene: BallScene, time: float = 0.0) -> CriticalPoint:
     if not found:
         sentence = f"V_e has no minimum within {REACH:g} ring radii of the center"
         if any(scene.floor_tilt):
-            raise ArgumentError("floor_tilt", scene.floor_tilt, f"is too steep: {sentence}")
-        raise ArgumentError("height of the ring", scene.near_ring(time)[1], sentence)
+            raise ArgumentError("floor_tilt", scene.floor_tilt, f"must be less steep: {sentence}")
+        height = scene.near_ring(time)[1]
+        raise ArgumentError("height of the ring", height, f"must be smaller: {sentence}")
     return _classify(scene, min(found, key=lambda p: aligned_energy(scene, p, sources)), sources)
 
 

@@ -78,9 +78,8 @@ def check_script(
             azimuth if around is None else check_number(f"{name}.azimuth", around, unit="rad"),
         )
         if checked and waypoint.time <= checked[-1].time:
-            raise ArgumentError(
-                f"{name}.time", time, f"must be greater than {checked[-1].time:g} s"
-            )
+            before = f"{checked[-1].time:g} s, the time of the waypoint before"
+            raise ArgumentError(f"{name}.time", time, f"must be greater than {before}")
         checked.append(waypoint)
     return tuple(checked)
 
@@ -185,18 +184,22 @@ class Top(BallScene):
         """Check that a ball can have this center of mass and these products of inertia."""
         distance = math.hypot(*self.center_of_mass)
         if distance >= self.ball_radius:
-            sentence = f"must be within the ball: its distance, {distance:g} m, must be less than"
-            raise ArgumentError(
-                "center_of_mass", self.center_of_mass, f"{sentence} {self.ball_radius:g}"
+            sentence = (
+                f"must be within the ball: its distance, {distance:g} m, must be less than"
+                f" {self.ball_radius:g} m"
             )
+            raise ArgumentError("center_of_mass", self.center_of_mass, sentence)
         low, middle, high = np.linalg.eigvalsh(self.inertia_about_center_of_mass).tolist()
         if low <= 0:
-            sentence = f"are too large: the smallest principal moment, {low:g} kg m^2, must be > 0"
+            sentence = (
+                f"must be smaller: the smallest principal moment, {low:g} kg m^2, must be greater"
+                " than 0 kg m^2"
+            )
             raise ArgumentError("products_of_inertia", self.products_of_inertia, sentence)
         if high > (low + middle) * (1 + ROUNDING):
             sentence = (
-                f"are too large: the largest principal moment, {high:g} kg m^2, must be at most the"
-                f" sum of the others, {low + middle:g}"
+                f"must be smaller: the largest principal moment, {high:g} kg m^2, must be at most"
+                f" the sum of the others, {low + middle:g} kg m^2"
             )
             raise ArgumentError("products_of_inertia", self.products_of_inertia, sentence)
 

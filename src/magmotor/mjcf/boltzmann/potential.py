@@ -78,5 +78,5 @@ def _check(model: mujoco.MjModel) -> None:
     equalities = [label(model, "equality", i) for i in np.flatnonzero(model.eq_active0)]
     for flag, elements in {"contact": contacts, "equality": equalities}.items():
         if elements and not disabled(model, flag):
-            sentence = f"its potential is unknown; disable the flag {flag} {INSTEAD}"
-            raise ArgumentError("model", elements[0], sentence)
+            sentence = f"must be known; disable the flag {flag} {INSTEAD}"
+            raise ArgumentError(f"{elements[0]}: potential", "unknown", sentence)

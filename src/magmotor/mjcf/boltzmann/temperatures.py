@@ -145,7 +145,7 @@ def configurational_temperature(
             "must be the effective_model of the Langevin that made this run, since it disabled"
             " flags or softened constraints"
         )
-        raise ArgumentError("model", "another one", sentence)
+        raise ArgumentError("model", model, sentence)
     magnetic = forces is None and acting_forces(model) & (DIPOLES | POTENTIALS)
     model = without_noise(model) if forces is None else model
     data = mujoco.MjData(model)
@@ -160,9 +160,9 @@ def configurational_temperature(
                 model, data, forces, positions[at]
             )
     if not (squares.any() and divergences.any()):
-        raise ArgumentError(
-            "model", "at the positions of run", "some force of the position must act"
-        )
+        zero = "divergences of forces" if squares.any() else "forces"
+        sentence = "must not be zero everywhere: some force must depend on the position"
+        raise ArgumentError(f"{zero} at the positions of run", 0.0, sentence)
     temperature, error = ratio_and_error(squares, -divergences)
     units = {"units": "J"}
     return xr.Dataset(

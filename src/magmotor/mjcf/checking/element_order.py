@@ -21,4 +21,4 @@ def require_order(model: mujoco.MjModel) -> None:
         valid = (count >= 0).all() and count.sum() == len(owner)
         valid &= (first == np.where(count > 0, np.cumsum(count) - count, -1)).all()
         if not (valid and (owner == np.repeat(np.arange(len(count)), count)).all()):
-            raise InputError(f"model has {what} that do not agree")
+            raise InputError(f"{what} of the model do not agree")

@@ -211,7 +211,8 @@ class JointNoise:
         if data.model is not model:
             raise ArgumentError("data.model", data.model, "must be the model of this JointNoise")
         if not abs(data.time / model.opt.timestep) < LARGEST_STEP:
-            raise ArgumentError("data.time", data.time, "must be less than 2^53 timesteps")
+            sentence = "must be finite and between -2^53 and 2^53 timesteps"
+            raise ArgumentError("data.time", data.time, sentence)
         if self._turns:
             scratch.qpos[:], scratch.mocap_pos[:] = data.qpos, data.mocap_pos
             scratch.mocap_quat[:] = data.mocap_quat

@@ -42,9 +42,10 @@ from magmotor.noise import LARGEST_STEP, BrownianPath
 from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.splittings import LANGEVIN
 
+LARGER = 'increase memory in <size memory="..."/>'
 LOSSES = {
-    mujoco.mjtWarning.mjWARN_CONTACTFULL: "there is no memory for all contacts: increase <size>",
-    mujoco.mjtWarning.mjWARN_CNSTRFULL: "there is no memory for all constraints: increase <size>",
+    mujoco.mjtWarning.mjWARN_CONTACTFULL: f"there is no memory for all contacts: {LARGER}",
+    mujoco.mjtWarning.mjWARN_CNSTRFULL: f"there is no memory for all constraints: {LARGER}",
     mujoco.mjtWarning.mjWARN_BADCTRL: "ctrl must be finite",
 }
 """Warnings of MuJoCo after which forces are missing."""
@@ -519,7 +520,8 @@ class Langevin:
         if self._steps:
             raise ArgumentError("splitting", self.splitting, "must not consist of steps of MuJoCo")
         if self._friction is None:
-            raise ArgumentError("kT", None, "must be given: without it, steps are all there is")
+            sentence = "must be given for this: without kT, Langevin only takes steps"
+            raise ArgumentError("kT", None, sentence)
         return self._friction
 
     def _run(self, data: mujoco.MjData, steps: Steps, room: Room | LoneRoom) -> Taken:
@@ -527,7 +529,8 @@ class Langevin:
         first = steps.first
         if first == BY_TIME:
             if not abs(data.time / self.timestep) < LARGEST_STEP:
-                raise ArgumentError("data.time", data.time, "must be less than 2^53 timesteps")
+                sentence = "must be finite and between -2^53 and 2^53 timesteps"
+                raise ArgumentError("data.time", data.time, sentence)
             first = math.floor(data.time / self.timestep + 0.5)
         self._check_run(data)
         before = [data.warning[kind].number for kind in self._losses]
@@ -576,8 +579,8 @@ class Langevin:
         needed = stack_bytes(self.model)
         if needed > data.narena - data.parena - data.pstack:
             raise mujoco.FatalError(
-                f"the dipoles need {needed} bytes of MuJoCo's memory, which is too small: increase"
-                " <size memory>"
+                f"size memory of the model = {data.narena}: must be larger by about {needed}"
+                " bytes, for the dipoles"
             )
         forbidden = [] if self._lone else ["passive"] + ["control"] * (self._steps)
         for name in forbidden:

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
+from magmotor.common.checks import check_number
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.hints import numbers
 from magmotor.mjcf.callbacks import acting_forces
@@ -192,7 +193,8 @@ def _noise(model: mujoco.MjModel, wrenches: Array) -> Array:
     for channel, (body, row) in enumerate(channels):
         dofs = model.dof_bodyid == body
         noise[dofs, channel] = product(wrenches[dofs], row[:, np.newaxis])[:, 0]
-    numbers(above=0)("noise of user", abs(noise[noise != 0]))
+    for amplitude in np.unique(abs(noise[noise != 0])):
+        check_number("noise of user", amplitude, above=0)
     return noise
 
 
@@ -237,7 +239,7 @@ def _slip_damping(model, data, contact: Any, name: str, masses: Array, body: int
     inverse_inertia = float(np.max(np.sum(slip**2 / masses, axis=1)))
     regularization = data.efc_R[contact.efc_address + 1] / inverse_inertia
     if regularization < WEAKEST_REGULARIZATION:
-        sentence = f"must be at least {WEAKEST_REGULARIZATION:g}: a smaller impratio increases it"
+        sentence = f"must be at least {WEAKEST_REGULARIZATION:g}: decrease the option impratio"
         raise ArgumentError(f"{name}: R/A", regularization, sentence)
     damping = -contact.solreffriction[1] / resistance(data, contact, inverse_inertia)
     return damping * product(slip.T, slip)

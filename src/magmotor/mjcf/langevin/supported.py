@@ -10,15 +10,15 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from magmotor.common.checks import check_array, check_number
+from magmotor.common.checks import LARGEST, check_array, check_number
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.langevin.friction import (
     AFFINE,
     ON_JOINTS,
     ON_TENDONS,
-    WITHOUT_ACTUATION,
     acting_actuators,
 )
+from magmotor.mjcf.langevin.refusals import FLAGS
 from magmotor.mjcf.lookup import disabled, label
 from magmotor.mjcf.possible_contacts import Contact, may_touch, possible_contacts
 from magmotor.mjcf.viscous_contact import ALWAYS_IN_CONE
@@ -43,7 +43,7 @@ PLASTIC = {"jnt_springyield": "spring", "tendon_springyield": "spring"}
 """The same for springs that yield, which MuJoCo has since version 4."""
 
 NUMBERS = (
-    *("qpos0", "body_mass", "body_inertia", "body_pos", "body_user", "body_gravcomp"),
+    *("qpos0", "body_mass", "body_inertia", "body_pos", "body_gravcomp"),
     *("dof_damping", "dof_armature", "qpos_spring"),
     *("jnt_stiffness", "tendon_stiffness", "tendon_damping"),
     *("jnt_solref", "tendon_solref_lim", "eq_solref", "geom_solref", "pair_solref"),
@@ -65,8 +65,6 @@ SMOOTH = {
 }
 """Types of geoms whose distance is the potential of their contact."""
 
-WITHOUT_CONTACT = "set condim=1, for contacts without friction, or disable the flag contact"
-
 
 def check_numbers(model: mujoco.MjModel) -> None:
     """Check that the timestep is positive, and that the numbers of the model are finite."""
@@ -74,6 +72,8 @@ def check_numbers(model: mujoco.MjModel) -> None:
     for field in NUMBERS:
         check_array(f"{field} of the model", getattr(model, field))
     check_array("gravity of the model", model.opt.gravity)
+    for body in np.flatnonzero(~(abs(model.body_user) <= LARGEST).all(axis=1)):
+        check_array(f"{label(model, 'body', body)}: user", model.body_user[body])
 
 
 def check_tree(model: mujoco.MjModel) -> None:
@@ -125,7 +125,10 @@ def _check_extensions(model: mujoco.MjModel) -> None:
 
 
 def check_zero(model: mujoco.MjModel, fields: Mapping[str, str | None]) -> None:
-    """Check that fields of joints and tendons are zero, unless the flag of each disables them."""
+    """Check that fields of joints and tendons are zero, unless the flag of each disables them.
+
+    The message names no flag of `FLAGS`, since `refusal_with_remedies` adds those that help.
+    """
     for field, flag in fields.items():
         if flag and disabled(model, flag):
             continue
@@ -135,8 +138,9 @@ def check_zero(model: mujoco.MjModel, fields: Mapping[str, str | None]) -> None:
             prefix, name = field.split("_")
             kind = "tendon" if prefix == "tendon" else "joint"
             owner = label(model, kind, model.dof_jntid[i] if prefix == "dof" else i)
-            alternative = f", or disabled by the flag {flag}" if flag else ""
-            raise ArgumentError(f"{owner}: {name}", value.tolist(), f"must be zero{alternative}")
+            off = "False" if value.dtype == bool else "zero"
+            alternative = "" if flag in (None, *FLAGS) else f", or disabled by the flag {flag}"
+            raise ArgumentError(f"{owner}: {name}", value.tolist(), f"must be {off}{alternative}")
 
 
 def _check_armature(model: mujoco.MjModel) -> None:
@@ -173,7 +177,7 @@ def _check_equalities(model: mujoco.MjModel) -> None:
         return
     for i in np.flatnonzero(~np.isin(model.eq_type, EQUALITIES)):
         kind = mujoco.mjtEq(model.eq_type[i]).name[5:].lower()
-        sentence = "must be connect, weld, joint or tendon: remove it or disable the flag equality"
+        sentence = "must be connect, weld, joint or tendon"
         raise ArgumentError(f"{label(model, 'equality', i)}: type", kind, sentence)
 
 
@@ -184,7 +188,7 @@ def _check_actuators(model: mujoco.MjModel) -> None:
     for i in acting_actuators(model):
         name, kind = label(model, "actuator", i), int(model.actuator_trntype[i])
         if kind == int(mujoco.mjtTrn.mjTRN_BODY):
-            sentence = f"must not be a body, since adhesion has no potential: {WITHOUT_ACTUATION}"
+            sentence = "must not be a body, since adhesion has no potential"
             raise ArgumentError(f"{name}: transmission", "body", sentence)
         rotates = kind == int(mujoco.mjtTrn.mjTRN_SITE) or (
             kind in ON_JOINTS
@@ -195,7 +199,7 @@ def _check_actuators(model: mujoco.MjModel) -> None:
         if rotates and (biased or scaled):
             sentence = (
                 "must act on a hinge, a slide, a tendon or a slider-crank, since its force depends"
-                f" on the position and has no potential otherwise: {WITHOUT_ACTUATION}"
+                " on the position and has no potential otherwise"
             )
             raise ArgumentError(
                 f"{name}: transmission", mujoco.mjtTrn(kind).name[6:].lower(), sentence
@@ -213,8 +217,7 @@ def _check_joint_limits(model: mujoco.MjModel, data: mujoco.MjData, actuator: in
             if model.jnt_actfrclimited[joint]:
                 sentence = (
                     f"must be without limits, since {label(model, 'actuator', actuator)} acts on"
-                    f" several joints, and its force has no potential where one of them limits it:"
-                    f" {WITHOUT_ACTUATION}"
+                    " several joints, and its force has no potential where one of them limits it"
                 )
                 value = model.jnt_actfrcrange[joint].tolist()
                 raise ArgumentError(f"{label(model, 'joint', joint)}: actfrcrange", value, sentence)
@@ -233,12 +236,12 @@ def _check_contact(model: mujoco.MjModel, contact: Contact) -> None:
         both = " and ".join(label(model, "geom", geom) for geom in contact.geoms)
         sentence = (
             "their contact points jump, so that the force has no potential: use spheres or"
-            " capsules, or boxes and cylinders on planes; or disable the flag contact"
+            " capsules, or boxes and cylinders on planes"
         )
         raise ArgumentError(f"{both}: types", " and ".join(kinds), sentence)
     if contact.dimension > 1:
-        sentence = f"must be 1, since dry friction has no temperature: {WITHOUT_CONTACT}"
+        sentence = "must be 1, for contacts without friction: dry friction has no temperature"
         raise ArgumentError(f"{contact.name}: condim", contact.dimension, sentence)
     if any(contact.adhesion):
-        sentence = f"must be zero, since it has no potential: {WITHOUT_CONTACT}"
+        sentence = "must be zero, since it has no potential"
         raise ArgumentError(f"{contact.name}: adhesion", contact.adhesion, sentence)

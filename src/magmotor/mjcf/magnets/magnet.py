@@ -62,11 +62,12 @@ class Magnet:
         check_choice("shape", self.shape, tuple(SIZES))
         names = SIZES[self.shape]
         size = tuple(np.ravel(check_array("size", self.size)).tolist())
-        sentence = f"must be ({', '.join(names)}) for a {self.shape}, in m"
+        lengths = f"({', '.join(names)})" if len(names) > 1 else f"one {names[0]}"
+        sentence = f"must be {lengths} in m, for a {self.shape}"
         if len(size) != len(names):
             raise ArgumentError("size", size, sentence)
-        for name, length in zip(names, size, strict=True):
-            check_number(name, length, above=0, unit="m")
+        for i, (name, length) in enumerate(zip(names, size, strict=True)):
+            check_number(f"size[{i}] ({name})", length, above=0, unit="m")
         if self.shape == "ring" and size[0] >= size[1]:
             raise ArgumentError("size", size, f"{sentence}, the first smaller than the second")
         self._set("size", size)
@@ -277,7 +278,8 @@ def magnet(
     0.406 A m², 2.95 g
     """
     if (remanence is None) == (grade is None):
-        raise ArgumentError("remanence and grade", (remanence, grade), "give exactly one of them")
+        sentence = "exactly one of them must be given"
+        raise ArgumentError("remanence and grade", (remanence, grade), sentence)
     usual = NDFEB
     if grade is not None:
         check_choice("grade", grade, tuple(GRADES))

@@ -57,13 +57,14 @@ def plan(timestep: float, duration: float, sample_interval: int, burn_in: float)
     timestep = check_number("timestep", timestep, above=0)
     sample_interval = check_integer("sample_interval", sample_interval, at_least=1)
     least, most = 4 * sample_interval * timestep, LARGEST_STEP * timestep
-    duration = check_number("duration", duration, at_least=least, below=most)
+    check_number("duration", duration, at_least=least, unit="(4 sample intervals)")
+    duration = check_number("duration", duration, below=most, unit="(2^53 timesteps)")
     burn_in = check_number("burn_in", burn_in, at_least=0)
     samples = int(duration / (sample_interval * timestep) * (1 + 1e-12))
     if burn_in / (sample_interval * timestep) >= samples - 3.5:
-        raise ArgumentError(
-            "burn_in", burn_in, f"must be at most {(samples - 4) * sample_interval * timestep:g}"
-        )
+        last = (samples - 4) * sample_interval * timestep
+        sentence = f"must be at most {last:g} (4 sample intervals before the end)"
+        raise ArgumentError("burn_in", burn_in, sentence)
     first = round(burn_in / (sample_interval * timestep))
     decades = np.log10(samples)
     logarithmic = np.logspace(0, decades, 1 + int(np.ceil(RECORDS_PER_DECADE * decades)))

@@ -126,7 +126,8 @@ class ReducedDisk:
         if cells is None:
             cells = self._default_cells()
         if cells > MOST_CELLS:
-            raise ArgumentError("scene", scene, f"D(d) needs more than {MOST_CELLS} cells")
+            sentence = f"must be at most {MOST_CELLS:g}; sigma, noise or friction is too extreme"
+            raise ArgumentError("cells for D(d)", float(cells), sentence)
         self.d = np.linspace(0, REACH * math.sqrt(self.mean_square), cells + 1)
         """Nodes, shape (cells + 1,)."""
         self.probability = self._equilibrium()
@@ -270,8 +271,8 @@ def _line_shape(frequency: Array, width: float, rate: float) -> Array:
     depth = math.ceil(50 + (60 * width / rate) ** (2 / 3) + 2 * turning)
     terms = depth * max(frequency.size, ONE_BY_ONE)
     if terms > MOST_TERMS:
-        sentence = f"must be at most {MOST_TERMS}; d, noise or friction is too extreme"
-        raise ArgumentError("terms of D(d)", terms, sentence)
+        sentence = f"must be at most {MOST_TERMS:g}; d, noise or friction is too extreme"
+        raise ArgumentError("terms of D(d)", float(terms), sentence)
     p = -1j * frequency
     tail = np.zeros_like(p)
     for n in range(depth, 0, -1):
