@@ -315,13 +315,15 @@ def test_models_at_the_address_of_one_that_was_freed_have_their_own_table():
     expected = [forces(fresh(model)) for model in kept]
     assert len({each.tobytes() for each in expected}) == len(variants)
     addresses, reused = set(), 0
-    for k in range(60):
+    for k in range(1000):
         model = compiled(variants[k % len(variants)])
         assert np.array_equal(forces(model), expected[k % len(variants)])
         reused += model._address in addresses
         addresses.add(model._address)
         del model
-    assert reused > 10  # 54
+        if reused == 30:
+            break
+    assert reused == 30  # after some 40 models; later where much other memory has been freed
 
 
 def test_threads_may_read_new_structures_at_the_same_time():
