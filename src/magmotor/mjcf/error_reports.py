@@ -1,6 +1,5 @@
 """Reports of errors, which compiled code finds, with the elements and numbers that they name."""
 
-
 from magmotor.mjcf import error_numbers, error_raising, error_sentences, layout, memory
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations.custom import (
