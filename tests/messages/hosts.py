@@ -149,13 +149,13 @@ FatalError: iron geom 0 'a' is so close to other iron, or to its image in a plan
 >>> sites = "".join(f'<site pos="{k} 1 0" user="1"/>' for k in range(300))
 >>> small = model(sites, head='<size memory="1K"/>')
 >>> step(small)
-FatalError: mj_stackAlloc: out of memory, stack overflow ... (increase <size memory="..."/>) ...
+FatalError: mj_stackAlloc: out of memory, stack overflow...(increase <size memory="..."/>)...
 >>> mm.Langevin(small).step(mujoco.MjData(small))
 FatalError: size memory of the model = 1024: must be larger by about ... bytes, for the dipoles
 >>> pieces = " ".join(f"g{k}" for k in range(300))
 >>> small = model(MANY, iron=pieces, head='<size memory="70K"/>')
 >>> step(small)
-FatalError: mj_stackAlloc: out of memory, stack overflow ... (increase <size memory="..."/>) ...
+FatalError: mj_stackAlloc: out of memory, stack overflow...(increase <size memory="..."/>)...
 >>> mm.magnetic_energy(small, at(small, 0))
 ArgumentError: size memory of the model = 71680: must be larger by about ... bytes, for the dipoles
 

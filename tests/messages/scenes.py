@@ -171,8 +171,8 @@ ArgumentError: friction_ring/alpha_ring^2 = 200000.00...: must be friction_ball/
 ArgumentError: friction_ring/alpha_ring^2 = 150000.0: must be friction_ball/alpha_ball^2 = 37500
     when temperature = 'uniform'
 >>> mm.Motor(alpha_ball=0.0)
-ArgumentError: friction_ring/alpha_ring^2 = 150000.0: must be friction_ball/alpha_ball^2 = inf
-    when temperature = 'uniform'
+ArgumentError: friction_ring/alpha_ring^2 = 150000.0: must have alpha_ball > 0 beside it when
+    temperature = 'uniform'
 >>> mm.Motor(drag=-1)
 ArgumentError: drag = -1: must be at least 0 kg/s
 >>> mm.Motor(drag_temperature=-1)

@@ -238,9 +238,9 @@ ArgumentError: size = 100: must be a power of two (for example 128) for design '
 >>> Samples({"x": (0, 1)}, 8, "sobel")
 ArgumentError: design = 'sobel': must be one of random, latin, sobol (did you mean 'sobol'?)
 >>> Samples({"x": (1, 1)}, 8)
-ArgumentError: x, upper end = 1: must be greater than 1
+ArgumentError: x, upper end of a range from 1 = 1: must be greater than 1
 >>> Samples({"x": (0, 1, True)}, 8)
-ArgumentError: x, lower end = 0: must be greater than 0
+ArgumentError: x, lower end of a logarithmic range = 0: must be greater than 0
 >>> Samples({"x": (0, 1)}, 8, "sobol", -1)
 ArgumentError: seed = -1: must be at least 0
 

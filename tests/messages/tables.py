@@ -6,13 +6,15 @@ writes the messages that differ into the tables, or into some of them, for you t
 
 A table is the text TABLE of a module in this folder, in the form of Python's doctest: statements
 after >>> and ..., with the module's names, and below them the type and the words of the error or
-the warnings. A statement without words is a preparation. A line that begins with # starts a
-section, with names of its own. In the words, white space is all the same, and three dots stand for
-any characters.
+the warnings. A statement without words is a preparation, and must say nothing. A line that begins
+with # starts a section, with names of its own. Words go on in lines that are indented by four
+spaces, and three dots stand for any characters.
 """
 
 import doctest
+import os
 import sys
+import tempfile
 import textwrap
 import warnings
 from importlib import import_module
@@ -22,10 +24,7 @@ from typing import Any, NamedTuple
 import magmotor  # selects an OpenGL library before a table imports MuJoCo
 
 FOLDER = Path(__file__).parent
-TABLES = sorted(
-    path.stem for path in FOLDER.glob("*.py") if path.stem != "tables" and "test_" not in path.stem
-)
-FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+TABLES = sorted({path.stem for path in FOLDER.glob("*.py")} - {"tables", "test_messages"})
 WIDTH = 98
 
 
@@ -43,12 +42,17 @@ def examples(table: str) -> list[Example]:
     """Return the statements of a table, in order."""
     lines = (FOLDER / f"{table}.py").read_text(encoding="utf-8").splitlines()
     (first,) = (number for number, line in enumerate(lines) if line.startswith("TABLE = "))
-    found, section = [], ""
-    for part in doctest.DocTestParser().parse(import_module(table).TABLE):
+    found, section, text = [], "", import_module(table).TABLE
+    for part in doctest.DocTestParser().parse(text):
         if isinstance(part, doctest.Example):
             found.append(Example(section, part.source, part.want, first + part.lineno))
-        else:
-            section = ([section] + [s for s in part.splitlines() if s.startswith("# ")])[-1]
+            continue
+        for title in filter(None, part.splitlines()):
+            if not title.startswith("# "):
+                raise ValueError(f"{table}.py: {title!r}: must be a title, or follow a statement")
+            section = title
+    if len(found) != text.count("\n>>> "):
+        raise ValueError(f"{table}.py: a comment alone must be a title")
     return found
 
 
@@ -62,13 +66,14 @@ def said(source: str, names: dict[str, Any]) -> str:
         except Exception as error:
             kind, element = (getattr(error, name, "") for name in ("kind", "element"))
             where = f"({kind}, {element})" if kind else ""
-            lines.append(f"{type(error).__name__}{where}: {error}\n")
+            lines.append(f"{type(error).__name__}{where}: {str(error).rstrip()}\n")
     return "".join([f"{each.category.__name__}: {each.message}\n" for each in caught] + lines)
 
 
 def agree(words: str, found: str) -> bool:
     """Whether a table's words are those that were found."""
-    return doctest.OutputChecker().check_output(words, found, FLAGS)
+    words = words.replace("\n    ", " ")
+    return doctest.OutputChecker().check_output(words, found, doctest.ELLIPSIS)
 
 
 def run(table: str, section: str) -> list[tuple[Example, str]]:
@@ -94,6 +99,7 @@ def written(words: str) -> list[str]:
 def main() -> None:
     """Run the program."""
     sys.path[:0] = map(str, (FOLDER, FOLDER.parent, FOLDER.parents[1]))
+    os.chdir(tempfile.mkdtemp())  # should something be written that ought to be refused
     for table in sys.argv[1:] or TABLES:
         path = FOLDER / f"{table}.py"
         lines = path.read_text(encoding="utf-8").splitlines()

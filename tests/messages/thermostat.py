@@ -273,7 +273,7 @@ ArgumentError: kT = 'knee': must be the name of a joint, tendon, actuator or bod
 >>> mm.Langevin(arm(), kT={"\udcff": 1.0})
 ArgumentError: kT = '\udcff': must be the name of a joint, tendon, actuator or body
 >>> mm.Langevin(arm(), kT={"work": 1.0})
-ArgumentError: kT = 'work': must be another name, since work is what `step` returns so
+ArgumentError: kT = 'work': must be another name: `step` returns the work of all forces by it
 >>> named = {"upper": 1.0, "lower": 1.0, "slider": 1.0, "elbow": 2.0, "shoulder": 3.0}
 >>> mm.Langevin(arm(), kT=named)
 ArgumentError: kT = 'upper': must be the name of something that damps
@@ -883,18 +883,19 @@ ArgumentError: inertia between joint 'spin' = 0.10000000000000087: must be zero:
 >>> mm.Langevin(lone(ROWS, "0 0 0 1 0 0  0 0 0 0 2 0  0 0 0 0 0 1"))
 ArgumentError: body 'top': user = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 2.0, 0.0],
     [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]: since the moments of inertia differ, Brownian torques must be
-    three rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a) (with kT,
-    Langevin takes other bodies, too, but not the noise of the model)
+    three successive rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0
+    a) (with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone(ROWS, "1 0 0 1 0 0  0 0 0 0 1 0  0 0 0 0 0 1"))
 ArgumentError: body 'top': user = [[1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
     [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]: since the moments of inertia differ, Brownian torques must be
-    three rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a) (with kT,
-    Langevin takes other bodies, too, but not the noise of the model)
+    three successive rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0
+    a) (with kT, Langevin takes other bodies, too, but not the noise of the model)
 >>> mm.Langevin(lone(ROWS, "0 0 0 1 0 0  1 0 0 0 0 0  0 0 0 0 1 0  0 0 0 0 0 1"))
-ArgumentError: body 'top': user = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
-    [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]: since the moments of inertia differ, Brownian torques must be
-    three rows of equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a) (with kT,
-    Langevin takes other bodies, too, but not the noise of the model)
+ArgumentError: body 'top': user = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 0.0, 0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]: since the moments of inertia
+    differ, Brownian torques must be three successive rows of equal torques about x, y and z (0 0
+    0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a) (with kT, Langevin takes other bodies, too, but not the
+    noise of the model)
 
 # Joints without kT
 >>> mm.Langevin(lone('name="x"', 'name="x" stiffness="2"'))

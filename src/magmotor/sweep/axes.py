@@ -193,8 +193,9 @@ class Samples:
         if not ranges:
             raise ArgumentError("ranges", {}, "must be ranges of at least one field")
         for name, (low, high, log) in ranges.items():
-            check_number(f"{name}, lower end", low, above=0.0 if log else -math.inf)
-            check_number(f"{name}, upper end", high, above=low)
+            if log:
+                check_number(f"{name}, lower end of a logarithmic range", low, above=0.0)
+            check_number(f"{name}, upper end of a range from {low:g}", high, above=low)
         if self.design == "sobol" and self.size & (self.size - 1):
             near = 1 << self.size.bit_length()
             raise ArgumentError(

@@ -151,6 +151,8 @@ class MotorParameters(BallScene):
         )
         if self.temperature == "uniform" and not math.isclose(ball, ring, rel_tol=1e-9):
             sentence = f"must be friction_ball/alpha_ball^2 = {ball:g} when temperature = 'uniform'"
+            if math.isinf(ball):
+                sentence = "must have alpha_ball > 0 beside it when temperature = 'uniform'"
             raise ArgumentError("friction_ring/alpha_ring^2", ring, sentence)
 
     def replace(self, **changes: Any) -> Self:

@@ -62,7 +62,7 @@ def read_kT(model: mujoco.MjModel, kT: float | Mapping[str, float]) -> dict[str,
     for name in kT:
         if name == "work":
             raise ArgumentError(
-                "kT", name, "must be another name, since work is what `step` returns so"
+                "kT", name, "must be another name: `step` returns the work of all forces by it"
             )
         if all(number_of(model, kind, str(name)) < 0 for kind in KINDS):
             raise ArgumentError("kT", name, "must be the name of a joint, tendon, actuator or body")

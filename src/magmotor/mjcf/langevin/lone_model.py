@@ -179,10 +179,11 @@ def _torque_channel(model: mujoco.MjModel, body: int) -> int:
     equal = np.hstack([np.zeros((3, 3)), strength * np.eye(3)])
     if torques != [first, first + 1, first + 2] or not np.array_equal(rows, equal):
         sentence = (
-            "since the moments of inertia differ, Brownian torques must be three rows of equal"
-            " torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a)"
+            "since the moments of inertia differ, Brownian torques must be three successive rows of"
+            " equal torques about x, y and z (0 0 0 a 0 0, 0 0 0 0 a 0, 0 0 0 0 0 a)"
         )
-        raise ArgumentError(f"{label(model, 'body', body)}: user", rows.tolist(), sentence)
+        given = [row.tolist() for b, row in channels if b == body]
+        raise ArgumentError(f"{label(model, 'body', body)}: user", given, sentence)
     return first
 
 
