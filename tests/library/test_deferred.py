@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+import magmotor as mm
 from magmotor.numerics.c_types import boolean, int64, void
 from magmotor.numerics.deferred import Intrinsic, Subroutine, jitable, njit, subroutine
 from magmotor.numerics.dependencies import reached
@@ -110,3 +111,15 @@ def test_many_threads_may_need_numba_at_once():
     command = [sys.executable, "-W", "error", "-c", THREADS]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("1\n", "")
+
+
+def test_a_use_changes_no_checksum():
+    """Else what calls a function would be compiled again where that was used before."""
+    before = reached(_draw)
+    mm.noise.normal(1, 2, 3, 4, 1, 0)
+    assert reached(_draw) == before
+    assert "_compiled_normal.<locals>.normal.checksum" in " ".join(before[1])
+
+
+def _draw():
+    return mm.noise.normal(1, 2, 3, 4, 1, 0)

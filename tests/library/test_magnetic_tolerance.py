@@ -16,7 +16,7 @@ from magmotor.mjcf.forces.box_tree import VALUES
 from magmotor.mjcf.forces.clusters import sum_by_clusters
 from magmotor.mjcf.forces.multipoles import multipole_force_and_field
 from magmotor.mjcf.forces.tiles import dipole_and_sums
-from magmotor.numerics.numba_cache import compiled_once
+from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.simd import load, store
 
 COUNT = 1600

@@ -4,6 +4,7 @@ A module that defines or calls compiled functions needs only these names. What t
 made when Numba meets them in the code that it compiles.
 """
 
+import os
 from collections.abc import Callable
 from functools import cached_property, partial, update_wrapper
 from importlib import import_module
@@ -11,6 +12,9 @@ from typing import Any
 
 from magmotor.numerics.c_types import Signature
 from magmotor.numerics.constants import StandIn
+
+if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+    raise ImportError("NUMBA_DISABLE_JIT is set: unset it, since magmotor needs compiled code")
 
 
 class Deferred(StandIn):

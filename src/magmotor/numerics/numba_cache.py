@@ -7,7 +7,8 @@ whose names tell whether it has been compiled.
 """
 
 import zlib
-from functools import cache
+from functools import cache, update_wrapper
+from types import FunctionType
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -73,12 +74,13 @@ def is_cached(defined: Defined) -> bool:
     return CodeCache(_named(defined)).files.any_is_whole()
 
 
-def _named(defined: Defined) -> Any:
-    """Return a function with a name of its own for each combination."""
-    function: Any = defined.function
+def _named(defined: Defined) -> FunctionType:
+    """Return a copy of a function with a name of its own for each combination."""
+    of = defined.function
+    function = FunctionType(of.__code__, of.__globals__, of.__name__, closure=of.__closure__)
+    update_wrapper(function, of)
     key = defined.checksum, defined.by, target(), numba.__version__
-    ending = f"_{zlib.crc32(repr(key).encode()):08x}"
-    function.__qualname__ = function.__qualname__.removesuffix(ending) + ending
+    function.__qualname__ += f"_{zlib.crc32(repr(key).encode()):08x}"
     return function
 
 
