@@ -41,13 +41,15 @@ def found():
     """Checksums: all for this processor, and those of sums for one of other vectors, if it can.
 
     That is Haswell, which has AVX2, or on Haswell itself Zen, with other orders of instructions.
+    Where this processor has AVX-512, also those of many magnets, by tiles and by clusters.
     `python -m trials.bits --record` compares all cases on all processors.
     """
     others = (name for name in PROCESSORS if name != llvm.get_host_cpu_name() and runs_here(name))
     other = next(others, None)
     if other is None:
         pytest.skip("no processor of x86-64-v3")
-    process = start(other, *SUMS)
+    wider = ["many magnets"] if runs_here("skylake-avx512") else []
+    process = start(other, *SUMS, *wider)
     own = checksums(*CASES)
     return {"this": own, other: finish(process)}
 

@@ -388,23 +388,35 @@ METROPOLIS: dict[str, dict[str, tuple[float, float]]] = {
 }
 """Means and standard errors by `truth(Law(TREES[name]), 1600)`, in three minutes for all."""
 
+WITHOUT_DETERMINANT = {"four ball joints": (3.99141, 0.011)}
+"""V/kT by the law without sqrt(det M): of the same samples, with weights 1/sqrt(det M)."""
+STEPS = {"six links in 3-D": 2000, "four ball joints": 1600, "tendons": 2000}
+"""Where the motion is slow, and where the wrong law must be seen; 1000 otherwise."""
+
 
 @pytest.mark.parametrize("name", METROPOLIS)
 def test_positions_against_the_metropolis_algorithm(name):
-    """The same from 32 replicas of 1000 steps, or of 2000 where the motion is slow.
+    """The same from 32 replicas; without sqrt(det M), that of ball joints has 5 % less energy.
 
     By chance, at a bias of 1 %, each of 28 deviations is too large once in 15000; a bias of 15 % of
     an energy, or of 29 % of an angle, is seen in 99 of 100 runs.
     """
     law = Law(TREES[name])
-    exact = METROPOLIS[name]
-    run = sampled(law, 1.0, 2000 if name in ("six links in 3-D", "tendons") else 1000)
-    for observable, series in law.observables(run.qpos.values).items():
-        mean, error = mean_and_error(series)
-        truth_mean, truth_error = exact[observable]
-        error = math.hypot(error, truth_error) / truth_mean
+    run = sampled(law, 1.0, STEPS.get(name, 1000))
+    found = law.observables(run.qpos.values)
+    for observable, series in found.items():
+        off, error = relative(series, METROPOLIS[name][observable])
         assert error < (0.022 if observable == "V/kT" else 0.045), observable
-        assert abs(mean / truth_mean - 1) < 0.01 + 4 * error, observable
+        assert off < 0.01 + 4 * error, observable
+    if name in WITHOUT_DETERMINANT:
+        off, error = relative(found["V/kT"], WITHOUT_DETERMINANT[name])
+        assert off > 0.01 + 4 * error  # 0.076 > 0.035
+
+
+def relative(series, truth):
+    """Return the relative deviation from a mean and its error, and its own standard error."""
+    (mean, error), (truth_mean, truth_error) = mean_and_error(series), truth
+    return abs(mean / truth_mean - 1), math.hypot(error, truth_error) / truth_mean
 
 
 def test_histogram_of_a_pendulum():

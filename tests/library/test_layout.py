@@ -43,7 +43,7 @@ def test_notes_leave_the_iterations_that_mujoco_makes_by_default():
 def test_a_field_that_is_not_declared_is_named(monkeypatch):
     monkeypatch.setattr(layout, "DATA_FIELDS", (*layout.DATA_FIELDS, "no_such_field"))
     layout.current.cache_clear()
-    with pytest.raises(layout.LayoutError, match="no_such_field"):
+    with pytest.raises(layout.LayoutError, match="declare no_such_field"):
         layout.current()
     monkeypatch.undo()
     layout.current.cache_clear()

@@ -186,12 +186,12 @@ def test_no_error_exceeds_the_tolerance(model, name, seed):
         assert clustered()(model._address, data._address, table, tolerance, found)
         force, field = found[CHOSEN, :3] - forces, found[CHOSEN, 3:] - fields
         largest = np.linalg.norm(force, axis=1).max() / root_mean_square(forces)
-        assert largest < 0.2 * tolerance  # 0.16 tolerance; 0.26 with 0.9 instead of 0.65
+        assert largest < 0.2 * tolerance  # 0.151 tolerance; 0.210 with 0.9 instead of 0.65
         assert largest > 1e-6 * tolerance or name == "dense clump"  # the boxes act
         largest = np.linalg.norm(field, axis=1).max() / root_mean_square(fields)
-        assert largest < 0.42 * tolerance  # 0.37 tolerance; 0.47 with 0.9
+        assert largest < 0.4 * tolerance  # 0.362 tolerance; 0.411 with 0.9
         wrong = abs(np.sum(moments * field)) / np.sum(np.abs(energy))
-        assert wrong < 0.2 * tolerance  # 0.025 tolerance
+        assert wrong < 0.2 * tolerance  # 0.041 tolerance
 
 
 def test_the_callback_chooses_clusters_where_they_are_faster(model):

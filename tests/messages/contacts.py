@@ -21,11 +21,15 @@ BALL = """
 
 MAGNETS = """
 <mujoco>
+  {}
   <option gravity="0 0 0" timestep="2e-3"/>
   <custom><text name="magmotor" data="dipoles"/></custom>
   <worldbody>{}</worldbody>
 </mujoco>
 """
+PLUGIN = """<extension>
+  <plugin plugin="magmotor.forces"><instance name="magnets"/></plugin>
+</extension>"""
 LINKED = """
 <body name="one"><joint type="hinge" axis="0 1 0"/><geom size="0.005"/><site user="0.1"/>
   <body pos="0 0 .02"><joint type="hinge" axis="0 1 0"/><geom size="0.002"/>
@@ -52,14 +56,15 @@ def model_with(old="", new="") -> mujoco.MjModel:
     return spec.compile()
 
 
-def magnets(bodies: str) -> mujoco.MjModel:
+def magnets(bodies: str, *, plugin=False) -> mujoco.MjModel:
     """Return a model of magnets."""
-    return mujoco.MjModel.from_xml_string(MAGNETS.format(bodies))
+    return mujoco.MjModel.from_xml_string(MAGNETS.format(PLUGIN * plugin, bodies))
 
 
-def two(distance: float, shape="sphere") -> mujoco.MjModel:
+def two(distance: float, shape="sphere", *, plugin=False) -> mujoco.MjModel:
     """Return two magnets that attract each other, with 5 mm from their centers to their sides."""
-    return magnets(FREE.format("one", 0, shape) + FREE.format("two", distance, shape))
+    bodies = FREE.format("one", 0, shape) + FREE.format("two", distance, shape)
+    return magnets(bodies, plugin=plugin)
 
 
 def steps(model: mujoco.MjModel, count: int) -> None:
@@ -151,6 +156,9 @@ UserWarning: body 'one' has sunk into body 'two' by more than a quarter of its w
     their dipoles are too near; mm.check(model) proposes a timestep and contacts for magnets that
     touch
 >>> steps(two(0.0074), 1)
+FatalError: bodies 1 'one' and 2 'two' are magnets that overlap at the start, by more than a
+    quarter of the width of the first; move them apart, or exclude their contact
+>>> steps(two(0.0074, plugin=True), 1)
 FatalError: bodies 1 'one' and 2 'two' are magnets that overlap at the start, by more than a
     quarter of the width of the first; move them apart, or exclude their contact
 >>> steps(two(0.0074, "box"), 1)

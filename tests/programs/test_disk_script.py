@@ -17,6 +17,7 @@ from magmotor.common import style
 from magmotor.observables import d_diffusion, flight_survival, local_slope
 from magmotor.theory import DiskTheory
 from paper.disk.pictures import FIGURES
+from paper.disk.statistics import DRAWN
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 SYSTEMS = ("symmetric", "asymmetric", "flat", "control")
@@ -51,14 +52,19 @@ def interrupt(monkeypatch, number):
 
 @pytest.fixture
 def first_picture(monkeypatch):
-    """Draw all figures, but write only the first as pixels; test_errata_disk.py writes each."""
-    save, saved = style.save, []
+    """Make all figures, but write only the first as pixels.
+
+    Those of `DRAWN` are written by tests/paper/test_figures.py; the others are laid out here.
+    """
+    save, saved, elsewhere = style.save, [], {f"disk_{name}" for name in DRAWN}
 
     def brief(figure, path, *arguments, **options):
         saved.append(figure)
         if len(saved) == 1:
             save(figure, path, *arguments, **options)
         else:
+            if Path(path).stem not in elsewhere:
+                figure.draw_without_rendering()
             Path(path).touch()
 
     monkeypatch.setattr(style, "save", brief)
