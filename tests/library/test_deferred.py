@@ -1,11 +1,17 @@
 """Numba is imported when something is compiled, and not before."""
 
+import copy
+import os
+import pickle
 import subprocess
 import sys
+import threading
 
 import pytest
+from numba.core.compiler_lock import global_compiler_lock
 
 import magmotor as mm
+from magmotor.numerics import rotations, simd
 from magmotor.numerics.c_types import boolean, int64, void
 from magmotor.numerics.deferred import Intrinsic, Subroutine, jitable, njit, subroutine
 from magmotor.numerics.dependencies import reached
@@ -88,29 +94,65 @@ def test_an_intrinsic_is_known_by_what_it_was_made_with():
     assert "test_deferred._three_words = memory.on_stack(3,)" in reached(_use)[1]
 
 
-THREADS = """
-import threading
+def test_what_many_threads_need_at_once_is_made_once():
+    for _ in range(50):
+        new, together, found = njit(lambda x: x), threading.Barrier(4), []
+
+        def need(new=new, together=together, found=found):
+            together.wait()
+            found.append(new.real)
+
+        threads = [threading.Thread(target=need) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert len(found) == 4
+        assert {*map(id, found)} == {id(new.real)}
+
+
+def test_a_thread_that_compiles_waits_for_no_thread_that_needs_an_object():
+    """The latter waits for the compiler."""
+    first, second = njit(lambda x: x), njit(lambda x: x)
+    waiting, alarm = threading.Thread(target=lambda: first.real), threading.Timer(60, os.abort)
+    with global_compiler_lock:
+        waiting.start()
+        waiting.join(0.2)
+        assert waiting.is_alive()
+        alarm.start()
+        second.real  # noqa: B018
+        alarm.cancel()
+    waiting.join()
+
+
+BROKEN = """
+import sys
+sys.path.insert(0, sys.argv[1])
 import magmotor as mm
-
-found, together = set(), threading.Barrier(8)
-
-def draw():
-    together.wait()
-    found.add(float(mm.noise.normal(1, 2, 3, 4, 1, 0)))
-
-threads = [threading.Thread(target=draw) for _ in range(8)]
-for thread in threads:
-    thread.start()
-for thread in threads:
-    thread.join()
-print(len(found))
+mm.noise.normal(1, 2, 3, 4, 1, 0)
 """
 
 
-def test_many_threads_may_need_numba_at_once():
-    command = [sys.executable, "-W", "error", "-c", THREADS]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("1\n", "")
+def test_a_numba_that_cannot_be_imported_says_why(tmp_path):
+    (tmp_path / "numba.py").write_text("import math\nmath.no_such_thing\n")
+    command = [sys.executable, "-c", BROKEN, str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "module 'math' has no attribute 'no_such_thing'" in done.stderr.splitlines()[-1]
+
+
+def test_names_are_copied_and_pickled_as_functions_are():
+    for name in (mm.noise.normal, simd.fused, rotations.exponential):
+        assert copy.copy(name) is copy.deepcopy(name) is name
+    for name in (mm.noise.normal, _thrice, rotations.exponential):
+        assert pickle.loads(pickle.dumps(name)) is name
+    again = pickle.loads(pickle.dumps(njit(_local).real))
+    assert again(1.0) == 2.0
+    assert repr(rotations.exponential) == "Subroutine(exponential)"
+
+
+def _local(x):
+    return 2.0 * x
 
 
 def test_a_use_changes_no_checksum():

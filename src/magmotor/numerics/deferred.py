@@ -5,15 +5,17 @@ made when Numba meets them in the code that it compiles.
 """
 
 import os
+import sys
 from collections.abc import Callable
-from functools import cached_property, partial, update_wrapper
+from functools import partial, update_wrapper
 from importlib import import_module
-from typing import Any
+from typing import Any, Self
 
 from magmotor.numerics.c_types import Signature
 from magmotor.numerics.constants import StandIn
 
-if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+_disabled = os.environ.get("NUMBA_DISABLE_JIT", "0")
+if _disabled.isdigit() and int(_disabled):
     raise ImportError("NUMBA_DISABLE_JIT is set: unset it, since magmotor needs compiled code")
 
 
@@ -33,27 +35,48 @@ class Deferred(StandIn):
         if function is not None:
             update_wrapper(self, function)
 
-    @cached_property
-    def real(self) -> Any:
-        """The object."""
+    def __getattr__(self, name: str) -> Any:
+        """Return the object as `real`, or an attribute of the object."""
+        if name.startswith("__") or "_make" not in vars(self):
+            raise AttributeError(name)
+        try:
+            real = self._made()
+        except AttributeError as error:  # Python would look for the attribute elsewhere
+            raise ImportError(str(error)) from error
+        return real if name == "real" else getattr(real, name)
+
+    def _made(self) -> Any:
+        """Return the object, which one thread makes."""
         from magmotor.numerics.compiler import inference
 
-        try:
-            made = self._make()
-        except AttributeError as error:  # of a property, it would ask for other attributes
-            raise ImportError(str(error)) from error
-        inference.refresh()
-        return made
+        with inference.LOCK:  # with another lock, the compiler, which asks for objects, could wait
+            if "real" not in vars(self):
+                made = self._make()
+                inference.refresh()
+                self.real = made  # last, so that Ctrl-C leaves nothing half made
+        return self.real
 
     def __call__(self, *args: Any, **options: Any) -> Any:
         """Call the object."""
         return self.real(*args, **options)
 
-    def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the object."""
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return getattr(self.real, name)
+    def __repr__(self) -> str:
+        """Return the name of the class, and of the function."""
+        return f"{type(self).__name__}({getattr(self, '__qualname__', '')})"
+
+    def __copy__(self) -> Self:
+        """Return the same, as of a function."""
+        return self
+
+    def __deepcopy__(self, _memo: Any) -> Self:
+        """Return the same, as of a function."""
+        return self
+
+    def __reduce__(self) -> Any:
+        """Pickle by the name in the module, as a function, or else as the object is pickled."""
+        name = getattr(self, "__name__", "")
+        is_global = getattr(sys.modules.get(self.__module__), name, None) is self if name else False
+        return name if is_global else self.real.__reduce__()
 
 
 class Subroutine(Deferred):

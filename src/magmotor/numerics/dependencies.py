@@ -53,9 +53,10 @@ def checksum_of(function: Callable) -> int:
 
 @cache
 def _compiler() -> list[str]:
-    """Return the sources of what only Numba runs, without importing it."""
-    folder = Path(__file__).with_name("compiler")
-    return [path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.py"))]
+    """Return the sources of what all compiled code depends on, without importing Numba."""
+    here = Path(__file__).parent
+    files = [here / "constants.py", here / "deferred.py", *sorted((here / "compiler").glob("*.py"))]
+    return [path.read_text(encoding="utf-8") for path in files]
 
 
 def reached(function: Callable) -> tuple[set[str], set[str]]:

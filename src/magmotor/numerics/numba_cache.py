@@ -74,10 +74,12 @@ def is_cached(defined: Defined) -> bool:
     return CodeCache(_named(defined)).files.any_is_whole()
 
 
-def _named(defined: Defined) -> FunctionType:
+def _named(defined: Defined) -> Any:
     """Return a copy of a function with a name of its own for each combination."""
-    of = defined.function
-    function = FunctionType(of.__code__, of.__globals__, of.__name__, closure=of.__closure__)
+    of: Any = defined.function
+    function: Any = FunctionType(
+        of.__code__, of.__globals__, of.__name__, of.__defaults__, of.__closure__
+    )
     update_wrapper(function, of)
     key = defined.checksum, defined.by, target(), numba.__version__
     function.__qualname__ += f"_{zlib.crc32(repr(key).encode()):08x}"

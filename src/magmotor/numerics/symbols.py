@@ -1,18 +1,13 @@
 """The addresses of the C functions and variables to which compiled code is bound, by symbol."""
 
-_addresses: dict[str, int] = {}
-_binders: list = []
+import sys
+
+ADDRESSES: dict[str, int] = {}
 
 
 def bind(symbol: str, address: int) -> None:
-    """Bind a symbol, now or when compiled code is loaded."""
-    _addresses[symbol] = address
-    for add in _binders:
-        add(symbol, address)
-
-
-def give_to(add) -> None:
-    """Call a function with each symbol and its address, also with those that are bound later."""
-    _binders.append(add)
-    for symbol, address in [*_addresses.items()]:
-        add(symbol, address)
+    """Bind a symbol: now if LLVM is there, or else when it is imported for our code."""
+    ADDRESSES[symbol] = address
+    llvm = sys.modules.get("llvmlite.binding")
+    if llvm is not None:
+        llvm.add_symbol(symbol, address)

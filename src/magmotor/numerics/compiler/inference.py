@@ -3,14 +3,18 @@
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba.core import registry
+from numba.core import compiler_lock, registry
 from numba.extending import typeof_impl
 
 import magmotor.numerics.compiler.constants  # noqa: F401  registers their type
 from magmotor.numerics import symbols
 from magmotor.numerics.constants import StandIn
 
-symbols.give_to(llvm.add_symbol)
+for _symbol, _address in symbols.ADDRESSES.items():
+    llvm.add_symbol(_symbol, _address)
+LOCK: Any = compiler_lock.global_compiler_lock
+"""Numba's lock, which the thread that compiles holds."""
+
 _target: Any = registry.cpu_target  # whose members have no types
 
 
