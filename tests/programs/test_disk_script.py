@@ -129,7 +129,7 @@ def test_an_interrupted_run_reports_its_files_and_how_to_resume(disk, tmp_path, 
     }
     code, error = disk(*SHORT, tmp_path, "--seed", "1")  # not the same command
     assert code == 2
-    assert "its seed is 0, not 16; finish that run, or delete the file" in error
+    assert "seed was 0 there and is 16 here; finish that run, or delete the file" in error
 
 
 def test_a_full_disk_is_one_line(tmp_path):

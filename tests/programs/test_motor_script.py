@@ -126,7 +126,7 @@ def test_an_interrupted_run_resumes_to_the_same_end(motor, tmp_path, monkeypatch
     assert error.endswith("written: motor_uniform-a.nc\n")
     code, _, error = motor(*SHORT, tmp_path / "out", *runs, "--seed", "1")  # not the same command
     assert code == 2
-    assert "its seed is 1, not 8; finish that run, or delete the file" in error
+    assert "seed was 1 there and is 8 here; finish that run, or delete the file" in error
     code, *_ = motor(*SHORT, tmp_path / "out", *runs)
     assert code == 0
     assert not [*tmp_path.glob("out/*.checkpoint")]
