@@ -6,6 +6,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 from numba.core.compiler_lock import global_compiler_lock
@@ -13,6 +14,7 @@ from numba.core.compiler_lock import global_compiler_lock
 import magmotor as mm
 from magmotor.numerics import rotations, simd
 from magmotor.numerics.c_types import boolean, int64, void
+from magmotor.numerics.compiler import inference
 from magmotor.numerics.deferred import Intrinsic, Subroutine, jitable, njit, subroutine
 from magmotor.numerics.dependencies import reached
 
@@ -94,8 +96,11 @@ def test_an_intrinsic_is_known_by_what_it_was_made_with():
     assert "test_deferred._three_words = memory.on_stack(3,)" in reached(_use)[1]
 
 
-def test_what_many_threads_need_at_once_is_made_once():
-    for _ in range(50):
+def test_what_many_threads_need_at_once_is_made_once(monkeypatch):
+    """Also if one of them is interrupted while it makes it."""
+    make = inference.refresh
+    monkeypatch.setattr(inference, "refresh", lambda: (time.sleep(1e-3), make()))
+    for _ in range(20):
         new, together, found = njit(lambda x: x), threading.Barrier(4), []
 
         def need(new=new, together=together, found=found):
