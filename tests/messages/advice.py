@@ -3,36 +3,9 @@
 import math
 
 import mujoco
+from advised_models import PENDULUM, TRAP, started
 
 import magmotor as mm
-
-PENDULUM = """
-<mujoco>
-  <option timestep="0.005"/>
-  <worldbody>
-    <body>
-      <joint name="one" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
-      <body pos="0 0 -.5">
-        <joint name="two" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -.5" size=".02"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
-
-TRAP = """
-<mujoco>
-  <size nuserdata="{}"/>
-  <option gravity="0 0 0" timestep="0.01"/>
-  <custom><text name="magmotor" data="noise"/></custom>
-  <worldbody>
-    <body user="1 0 0 0 0 0">
-      <joint name="slide" type="slide" axis="1 0 0" stiffness="20" damping="0.5"/>
-      <geom size="0.1" mass="1"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
 
 
 def load(xml: str) -> mujoco.MjModel:
@@ -42,23 +15,20 @@ def load(xml: str) -> mujoco.MjModel:
 
 def pendulum(angle=1.0) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return a double pendulum that is let go."""
-    model = load(PENDULUM)
-    data = mujoco.MjData(model)
-    data.qpos[0] = angle
-    return model, data
+    return started(PENDULUM, [angle])
 
 
 TABLE = r"""
 # Temperature and noise
->>> trap = load(TRAP.format(5))
+>>> trap = load(TRAP)
 >>> mm.advise(trap, kT=1.0, duration=5.0)
 ArgumentError: kT = 1.0: must be omitted, since the model has noise of its own
->>> mm.advise(load(TRAP.format(0)))
+>>> mm.advise(load(TRAP.replace('"5"', '"0"')))
 ArgumentError: nuserdata of the model = 0: must be at least 5, to follow one Brownian path at all
     timesteps
 
 # Models and data
->>> mm.advise(load(PENDULUM), mujoco.MjData(load(TRAP.format(5))))
+>>> mm.advise(load(PENDULUM), mujoco.MjData(load(TRAP)))
 ArgumentError: data = 'MjData': must belong to the model
 >>> static = load("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
 >>> mm.advise(static, quantity=lambda model, data: data.time)

@@ -62,12 +62,14 @@ def _run(name: str | None) -> None:
 def _imported(module: str) -> Any:
     """Import a module without looking for garbage meanwhile, or later in what stays anyway."""
     if module not in sys.modules:
+        enabled = gc.isenabled()
         gc.disable()  # a fifth of the time
         try:
             import_module(module)
         finally:
             gc.freeze()
-            gc.enable()
+            if enabled:
+                gc.enable()
     return sys.modules[module]
 
 

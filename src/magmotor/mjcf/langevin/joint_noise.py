@@ -23,10 +23,11 @@ from magmotor.mjcf.langevin.friction import (
     friction_matrix,
     model_friction,
 )
+from magmotor.mjcf.langevin.loop_calls import check_time
 from magmotor.mjcf.langevin.supported import check_numbers
 from magmotor.mjcf.langevin.temperature import MATCH, configurations, drive, joined
 from magmotor.mjcf.lookup import label
-from magmotor.noise import LARGEST_SEED, LARGEST_STEP, check_seed, normal
+from magmotor.noise import LARGEST_SEED, check_seed, normal
 
 INSTEAD = "use mm.Langevin, which needs no rows, or the forces of mm.JointNoise in mj_step"
 
@@ -210,9 +211,7 @@ class JointNoise:
         check_type("data", data, mujoco.MjData)
         if data.model is not model:
             raise ArgumentError("data.model", data.model, "must be the model of this JointNoise")
-        if not abs(data.time / model.opt.timestep) < LARGEST_STEP:
-            sentence = "must be finite and between -2^53 and 2^53 timesteps"
-            raise ArgumentError("data.time", data.time, sentence)
+        check_time(data, model.opt.timestep)
         if self._turns:
             scratch.qpos[:], scratch.mocap_pos[:] = data.qpos, data.mocap_pos
             scratch.mocap_quat[:] = data.mocap_quat

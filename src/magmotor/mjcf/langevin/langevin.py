@@ -27,7 +27,14 @@ from magmotor.mjcf.langevin.baths import doubt, read_kT
 from magmotor.mjcf.langevin.friction import Friction
 from magmotor.mjcf.langevin.linear_limit import largest_timestep
 from magmotor.mjcf.langevin.lone_motion import LoneBodies, LoneRoom, room_for_lone_bodies
-from magmotor.mjcf.langevin.loop_calls import BY_TIME, Steps, Taken, on_threads, pieces
+from magmotor.mjcf.langevin.loop_calls import (
+    BY_TIME,
+    Steps,
+    Taken,
+    check_time,
+    on_threads,
+    pieces,
+)
 from magmotor.mjcf.langevin.own_model import table_of
 from magmotor.mjcf.langevin.prepared import prepared_lone_bodies, prepared_tree
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
@@ -528,9 +535,7 @@ class Langevin:
         """Call the compiled loop; see `advance` in `magmotor.mjcf.langevin.splitting_loop`."""
         first = steps.first
         if first == BY_TIME:
-            if not abs(data.time / self.timestep) < LARGEST_STEP:
-                sentence = "must be finite and between -2^53 and 2^53 timesteps"
-                raise ArgumentError("data.time", data.time, sentence)
+            check_time(data, self.timestep)
             first = math.floor(data.time / self.timestep + 0.5)
         self._check_run(data)
         before = [data.warning[kind].number for kind in self._losses]

@@ -10,6 +10,8 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
+from magmotor.common.exceptions import ArgumentError
+from magmotor.noise import LARGEST_STEP
 
 FIRST_STEPS = 64
 """Number of steps taken before their duration is known."""
@@ -22,6 +24,13 @@ BY_TIME = -(2**63)
 
 LOST = mujoco.mjMAXVAL
 """Speed, 1e10, above which a state counts as lost, as MuJoCo warns of it."""
+
+
+def check_time(data: mujoco.MjData, timestep: float) -> None:
+    """Raise an `ArgumentError` if the time of `data` has no step number."""
+    if not abs(data.time / timestep) < LARGEST_STEP:
+        sentence = "must be finite and between -2^53 and 2^53 timesteps"
+        raise ArgumentError("data.time", data.time, sentence)
 
 
 class Steps(NamedTuple):
