@@ -355,7 +355,6 @@ ArgumentError: geom = 'ball': the model of a Rotor must have this geom
 >>> run = run.assign_coords(space=[*"xyz"])
 >>> mm.render.contact_sheet([run], [own.Rotor(angle=0.5)], ["a"], "sheet.mp4", columns=1)
 ArgumentError: camera = 'top': the model of a Rotor must have this camera
->>> del SCENES["Rotor"]
 
 # Contact sheets
 >>> scenes = [mm.Top(tilt=tilt) for tilt in (0.0, 0.05, 0.2)]

@@ -20,8 +20,10 @@ import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
-import magmotor  # selects an OpenGL library before a table imports MuJoCo
+import magmotor.devices  # magmotor selects an OpenGL library before a table imports MuJoCo
+from magmotor.device.device import SCENES
 
 FOLDER = Path(__file__).parent
 TABLES = sorted({path.stem for path in FOLDER.glob("*.py")} - {"tables", "test_messages"})
@@ -77,10 +79,15 @@ def agree(words: str, found: str) -> bool:
 
 
 def run(table: str, section: str) -> list[tuple[Example, str]]:
-    """Run a section of a table; return its statements and what each of them said."""
+    """Run a section of a table; return its statements and what each of them said.
+
+    The scenes are the package's own, and those that the section defines.
+    """
     names = dict(vars(import_module(table)))
     chosen = [example for example in examples(table) if example.section == section]
-    return [(example, said(example.source, names)) for example in chosen]
+    own = {name: kind for name, kind in SCENES.items() if kind.__module__.startswith("magmotor.")}
+    with patch.dict(SCENES, own, clear=True):
+        return [(example, said(example.source, names)) for example in chosen]
 
 
 def sections(table: str) -> list[str]:
