@@ -332,6 +332,19 @@ def test_models_at_the_address_of_one_that_was_freed_have_their_own_table():
     assert reused == 30  # after some 40 models; later where much other memory has been freed
 
 
+def test_models_whose_addresses_share_a_place_have_tables_of_their_own():
+    """The reader remembers the last table for 1024 places, and here are more models at once."""
+    body = '<body><freejoint/><geom size="1"/>{}</body>'
+    xml = "<mujoco><worldbody>{}</worldbody></mujoco>"
+    kinds = [xml.format(body.format("<site/>" * k) + body.format("")) for k in range(3)]
+    specs = [mujoco.MjSpec.from_string(kind) for kind in kinds]
+    models = [specs[k % 3].compile() for k in range(1500)]
+    expected = [table_of(model) for model in models[:3]]
+    assert len({*expected}) == 3
+    for _ in range(2):
+        assert [table_of(model) for model in models] == expected * 500
+
+
 def test_threads_may_read_new_structures_at_the_same_time():
     """Each has models of its own, some of which are alike; every one has its own forces."""
     pattern, failed = '<body pos="{} 0 3"><freejoint/><geom size="0.01"/>{}</body>', []
@@ -369,7 +382,7 @@ STRUCTURE = {
 """Arrays that the reader looks at, and their lengths."""
 
 
-def test_the_fingerprint_sees_all_that_a_table_depends_on():
+def test_the_structure_is_all_that_a_table_depends_on():
     """Each change gives a table of its own, or an error; numbers do not change the table."""
     model = compiled()
     seen, unreadable = {table_of(model)}, 0

@@ -18,7 +18,8 @@ from magmotor.numerics.constants import ConstantInCode
 from magmotor_plugin import slots
 
 MODEL_FIELDS = (
-    "nq", "nv", "nactuator", "nbody", "njnt", "nsite", "ntuple", "nuser_body", "nuser_jnt",
+    "nq", "nv", "nactuator", "nbody", "nbuffer", "njnt", "nsite", "ntuple", "nuser_body",
+    "nuser_jnt",
     "nuser_site", "nuserdata", "body_weldid", "body_dofnum", "body_user", "jnt_type", "jnt_bodyid",
     "jnt_qposadr", "jnt_dofadr", "jnt_user", "site_bodyid", "site_user", "tuple_adr",
     "tuple_size", "tuple_objtype", "tuple_objid", "tuple_objprm", "ntext", "text_adr",

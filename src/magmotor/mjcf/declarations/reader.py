@@ -17,7 +17,6 @@ from magmotor.mjcf.declarations.all_elements import (
     elements_are_readable,
     read_elements,
 )
-from magmotor.mjcf.declarations.fingerprint import fingerprint_of
 from magmotor.mjcf.declarations.magnets import read_magnets
 from magmotor.mjcf.declarations.marks import (
     DIPOLES,
@@ -29,6 +28,12 @@ from magmotor.mjcf.declarations.marks import (
     is_plainly_magnetic,
     marked_kinds,
     plugin_instance,
+)
+from magmotor.mjcf.declarations.structure import (
+    copy_structure,
+    has_structure,
+    hash_of_sizes,
+    words_of_structure,
 )
 from magmotor.mjcf.declarations.table import (
     HEADER,
@@ -58,16 +63,17 @@ _FIND = types.int64(_word, _flag)
 _CHECK = types.void(_word, _word, _word, _flag, _word)
 
 BITS = 10
-"""Tables are kept in 2^10 lists, by their fingerprints."""
+"""Tables are kept in 2^10 lists, by the sizes of models."""
 
 _lists = (ctypes.c_int64 * (1 << BITS))()
 _address_of_lists = ctypes.c_int64(ctypes.addressof(_lists))
 _lists_address = memory.variable("magmotor_tables_address")
 
-_checked = (ctypes.c_int64 * (1 << BITS))()
-_address_of_checked = ctypes.c_int64(ctypes.addressof(_checked))
-_checked_address = memory.variable("magmotor_checked_address")
-"""Which models have been checked: their addresses, combined with their fingerprints."""
+_last = (ctypes.c_int64 * (2 << BITS))()
+_address_of_last = ctypes.c_int64(ctypes.addressof(_last))
+_last_address = memory.variable("magmotor_last_tables_address")
+"""Pairs of the last table that was found for some addresses of models, and a word that combines the
+model with this table once its indices have been checked."""
 
 
 def _without_rows(kinds: int) -> Any:
@@ -105,7 +111,7 @@ def bind_others() -> None:
     valid_indices.bind()
     memory.bind_mujoco("mju_malloc", "mju_free")
     memory.bind_variable("magmotor_tables_address", _address_of_lists)
-    memory.bind_variable("magmotor_checked_address", _address_of_checked)
+    memory.bind_variable("magmotor_last_tables_address", _address_of_last)
     memory.bind_variable("magmotor_empty_table_address", _address_of_empty)
     memory.bind_variable("magmotor_unreadable_table_address", _address_of_unreadable)
     memory.bind_variable("magmotor_reader_address", _address)
@@ -130,9 +136,9 @@ def is_cached() -> bool:
 def compile_alone() -> None:
     """Compile the reader into Numba's cache, in a process that does nothing else."""
     memory.bind_unused(
-        "magmotor_checked_address",
         "magmotor_empty_table_address",
         "magmotor_invalid_index",
+        "magmotor_last_tables_address",
         "magmotor_load",
         "magmotor_loading_failed",
         "magmotor_read_elements_address",
@@ -161,32 +167,47 @@ def compiled(checksum: int, offsets: layout.Layout):
     def table_of(model, again):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
-        fingerprint = np.int64(fingerprint_of(m, offsets))
-        # A slot for a few addresses: a model that shares one is checked again, which is safe.
-        checked = memory.words(_checked_address() + 8 * memory.spread(model, BITS), 1)
-        if again or checked[0] != model ^ fingerprint:
+        place = _last_address() + 16 * memory.spread(model, BITS)
+        table, checked = memory.load_shared(place), memory.words(place + 8, 1)
+        # By what it declares, not by its address, which a new model can inherit.
+        if table == 0 or not has_structure(m, offsets, table):
+            table = _find(m, offsets)
+        if again or table == 0 or checked[0] != _combined(model, table):
             if invalid_index(model, memory.details_on_stack()) >= 0:
                 checked[0] = 0
                 return _unreadable_address()
-            checked[0] = model ^ fingerprint
-        first = _lists_address() + 8 * (fingerprint & ((1 << BITS) - 1))
-        table = memory.load_shared(first)
-        # By what it declares, not by its address, which a new model can inherit.
-        while table != 0 and header(table).fingerprint != fingerprint:
-            table = header(table).next
-        if table == 0:
-            table = _read(m, offsets)
+            if table == 0:
+                table = _read(m, offsets)
             if table == 0:
                 header(_empty_address()).error = error_numbers.UNLOADED if loading_failed() else -1
                 return _empty_address()
-            header(table).fingerprint = fingerprint
-            # Should another thread do the same now, one of the tables is not found again.
-            header(table).next = memory.load_shared(first)
-            # Last, so that other threads see a complete table or none.
-            memory.store_shared(first, table)
+            # Models that share a place are checked again, which is safe.
+            memory.store_shared(place, table)
+            checked[0] = _combined(model, table)
         return table
 
     return table_of
+
+
+@subroutine(forceinline=True)
+def _combined(model, table):
+    """Return a word that tells a model with its table from others."""
+    return model ^ np.int64(np.uint64(table) * memory.MULTIPLIER)
+
+
+@subroutine
+def _list_of(m, offsets):
+    """Return the address of the first one of the tables that may be that of a model."""
+    return _lists_address() + 8 * memory.spread(hash_of_sizes(m, offsets), BITS)
+
+
+@subroutine
+def _find(m, offsets):
+    """Return the address of the table of a model, or 0 if it is new."""
+    table = memory.load_shared(_list_of(m, offsets))
+    while table != 0 and not has_structure(m, offsets, table):
+        table = header(table).next
+    return table
 
 
 @subroutine
@@ -209,11 +230,24 @@ def _read(m, offsets):
     else:
         complete = False
     if complete:  # it is kept for ever, in no more memory than it needs
-        words = words_of(table)
-        kept = _allocate(8 * len(words))
-        copy(memory.words(kept, len(words)), words)
+        kept = _kept(words_of(table), m, offsets)
     _free(room)
     return kept
+
+
+@subroutine
+def _kept(words, m, offsets):
+    """Return the address of a copy of a table that other threads find."""
+    sizes, pairs = words_of_structure(m, offsets)
+    table, first = _allocate(8 * (len(words) + sizes + 2 * pairs)), _list_of(m, offsets)
+    copy(memory.words(table, len(words)), words)
+    header(table).structure, header(table).pairs = len(words), pairs
+    copy_structure(m, offsets, table)
+    # Should another thread do the same now, one of the tables is not found again.
+    header(table).next = memory.load_shared(first)
+    # Last, so that other threads see a complete table or none.
+    memory.store_shared(first, table)
+    return table
 
 
 @subroutine

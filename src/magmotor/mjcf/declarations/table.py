@@ -49,9 +49,12 @@ COUPLINGS, MAGNETS, COILS, SITES, FIELDS, PIECES, PLANES, MAGNETOMETERS = range(
 SECTIONS = COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, MAGNETOMETER
 """The sections and their records. There are sites only if there are coils."""
 
-HEADER = columns("fingerprint next kinds error first second rule other instance tolerance constant")
-"""The header: the fingerprint of the structure; the address of another table, or 0; the bits of the
-mark, or `WRONG` or `UNREADABLE`; the words of an error (see `magmotor.mjcf.error_numbers`); the
+HEADER = columns(
+    "structure pairs next kinds error first second rule other instance tolerance constant"
+)
+"""The header: the word with which the copy of the structure begins, and its number of pairs (see
+`structure.py`); the address of another table, or 0; the bits of the mark, or `WRONG` or
+`UNREADABLE`; the words of an error (see `magmotor.mjcf.error_numbers`); the
 first instance of the plugin, and the numerics of the tolerance and of the magnetic constant. The
 first words of the sections follow, and that of what is after the last one."""
 
@@ -69,7 +72,7 @@ def header(table):
 @subroutine(forceinline=True)
 def is_read(table):
     """Whether a table is that of a model, instead of one for what could not be read."""
-    return header(table).fingerprint != -1
+    return header(table).structure != -1
 
 
 @subroutine(forceinline=True)
