@@ -138,7 +138,8 @@ mm.noise.normal(1, 2, 3, 4, 1, 0)
 """
 
 
-def test_a_numba_that_cannot_be_imported_says_why(tmp_path):
+def test_a_numba_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
+    monkeypatch.setenv("MAGMOTOR_LIBRARY", "0")
     (tmp_path / "numba.py").write_text("import math\nmath.no_such_thing\n")
     command = [sys.executable, "-c", BROKEN, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -317,8 +317,9 @@ def test_binary_models_in_a_new_process(tmp_path):
     assert found.stdout.splitlines()[-1] == repr(data.qfrc_passive.tolist())
 
 
-def test_code_that_cannot_be_loaded_is_an_error(tmp_path):
+def test_code_that_cannot_be_loaded_is_an_error(tmp_path, monkeypatch):
     """Never a model without forces."""
+    monkeypatch.setenv("MAGMOTOR_LIBRARY", "0")
     (tmp_path / "broken" / "numba").mkdir(parents=True)
     (tmp_path / "broken" / "numba" / "__init__.py").write_text('raise ImportError("no numba here")')
     program = f"""

@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import socket
+import stat
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -148,3 +149,22 @@ def check_fields(attribute: str, fields: Mapping[str, Any], known: Mapping[str, 
         if name not in known:
             sentence = f"must be one of {', '.join(known)}"
             raise ArgumentError(f"a field in attributes[{attribute!r}]", name, sentence)
+
+
+def is_private(path: str, sticky: int = 0) -> bool:
+    """Whether nobody but this user and the system's can change what a path leads to.
+
+    With `sticky`, they may add entries to it, but not replace those that it has.
+    """
+    path = os.path.abspath(path)  # noqa: PTH100
+    parent = os.path.dirname(path)  # noqa: PTH120
+    found = os.lstat(path)
+    if found.st_uid not in (0, os.getuid(), os.stat("/").st_uid):  # noqa: PTH116
+        return False
+    if stat.S_ISLNK(found.st_mode):
+        target = os.path.join(os.path.realpath(parent), os.readlink(path))  # noqa: PTH115, PTH118
+        closed = is_private(target, sticky)
+    else:
+        others = 0o002 if found.st_gid == os.getgid() else 0o022
+        closed = not found.st_mode & others or bool(found.st_mode & sticky)
+    return closed and (parent == path or is_private(parent, stat.S_ISVTX))

@@ -2,9 +2,14 @@
 
 import platform
 import zlib
+from contextlib import suppress
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from numpy._core._multiarray_umath import (  # pyright: ignore[reportMissingModuleSource]
+    __cpu_features__ as cpu_features,  # NumPy has no public name for what its kernels ask
+)
 
 from magmotor.common.environment import data_folder
 
@@ -24,9 +29,16 @@ def versions_that_matter(method: str) -> dict[str, str]:
     """
     own = f"{version('magmotor')}+{package_checksum():08x}"
     engine = method.partition("/")[0]
-    return (
-        {"magmotor": own} | {name: version(name) for name in PACKAGES[engine]} | machine_versions()
-    )
+    return {"magmotor": own} | versions_of(*PACKAGES[engine]) | machine_versions()
+
+
+def versions_of(*names: str) -> dict[str, str]:
+    """Return the versions of those packages that are installed, as Numba need not be."""
+    found = {}
+    for name in names:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def machine_versions() -> dict[str, str]:
@@ -35,10 +47,8 @@ def machine_versions() -> dict[str, str]:
     The type is the architecture and, for x86-64, whether the processor has AVX2 and FMA; see
     `magmotor.numerics.simd`.
     """
-    import llvmlite.binding as llvm
-
-    kind, features = platform.machine(), llvm.get_host_cpu_features()
-    if features.get("fma") and features.get("avx2"):
+    kind = platform.machine()
+    if cpu_features.get("FMA3") and cpu_features.get("AVX2"):
         kind += " with FMA"
     return {"libc": " ".join(platform.libc_ver()).strip(), "machine": kind}
 

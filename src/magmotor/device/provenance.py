@@ -3,7 +3,6 @@
 import dataclasses
 import json
 from functools import cache
-from importlib.metadata import version
 from typing import Any
 
 import xarray as xr
@@ -12,7 +11,7 @@ from magmotor.common.arguments import checked
 from magmotor.common.checks import check_choice, check_type
 from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.files import check_fields, fields_in
-from magmotor.common.versions import machine_versions
+from magmotor.common.versions import machine_versions, versions_of
 from magmotor.device.device import SCENES, Scene
 
 IMPORT_FIRST = "; import the module that defines the scene class first"
@@ -31,7 +30,7 @@ def attributes_of(scene: Scene, **attributes: Any) -> dict[str, Any]:
 @cache
 def _versions() -> str:
     names = ("magmotor", "mujoco", "numba", "numpy", "scipy")
-    return json.dumps({name: version(name) for name in names} | machine_versions())
+    return json.dumps(versions_of(*names) | machine_versions())
 
 
 def scene_of(run: xr.Dataset) -> Scene:

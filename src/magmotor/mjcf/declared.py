@@ -23,7 +23,8 @@ from magmotor.mjcf.lookup import given_name
 def _table_of() -> Any:
     """Return the reader as a C function of the address of a model."""
     reader.bind_others()
-    return reader.compiled(layout.current()).ctypes
+    kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_bool)
+    return kind(reader.compiled(layout.current()).address)
 
 
 def rows(model: mujoco.MjModel, section: int) -> Any:

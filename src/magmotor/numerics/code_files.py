@@ -7,7 +7,6 @@ counts as missing, and what cannot be written is compiled anew by the next proce
 import hashlib
 import os
 import pickle
-import stat
 import sys
 import tempfile
 import threading
@@ -22,7 +21,7 @@ from numba.core import config
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserWideCacheLocator
 from numba.core.serialize import dumps
 
-from magmotor.common.files import this_driver, write_whole
+from magmotor.common.files import is_private, this_driver, write_whole
 
 _SIZE = 4
 """Length of a checksum."""
@@ -125,25 +124,6 @@ class CodeCache(FunctionCache):
         if found is None:
             self._missing()
         return found
-
-
-def is_private(path: str, sticky: int = 0) -> bool:
-    """Whether nobody but this user and the system's can change what a path leads to.
-
-    With `sticky`, they may add entries to it, but not replace those that it has.
-    """
-    path = os.path.abspath(path)  # noqa: PTH100
-    parent = os.path.dirname(path)  # noqa: PTH120
-    found = os.lstat(path)
-    if found.st_uid not in (0, os.getuid(), os.stat("/").st_uid):  # noqa: PTH116
-        return False
-    if stat.S_ISLNK(found.st_mode):
-        target = os.path.join(os.path.realpath(parent), os.readlink(path))  # noqa: PTH115, PTH118
-        closed = is_private(target, sticky)
-    else:
-        others = 0o002 if found.st_gid == os.getgid() else 0o022
-        closed = not found.st_mode & others or bool(found.st_mode & sticky)
-    return closed and (parent == path or is_private(parent, stat.S_ISVTX))
 
 
 def _may_use(folder: str) -> bool:

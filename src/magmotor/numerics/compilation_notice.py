@@ -107,13 +107,6 @@ COMPILATION = CompilationNotice()
 """The notice of this process; `magmotor.numerics.numba_cache` tells it what Numba does."""
 
 
-def compile_here(function: Any, *arguments: Any) -> None:
-    """Compile a function for such arguments in this thread; Ctrl-C would not end it in others."""
-    from numba import typeof
-
-    function.compile(tuple(map(typeof, arguments)))
-
-
 class Progress(tqdm):
     """A progress bar whose clock stops while this package's code is compiled."""
 

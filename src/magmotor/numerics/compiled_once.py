@@ -1,13 +1,14 @@
-"""Functions that are compiled once per process and kept on disk."""
+"""Functions that are taken from the library, or compiled once per process and kept on disk."""
 
 from collections.abc import Callable
-from functools import cache, partial, update_wrapper
-from typing import Any
+from functools import cache, cached_property, partial, update_wrapper
+from typing import Any, NamedTuple
 
-from magmotor.numerics import dependencies
+from magmotor.numerics import dependencies, native_library
 from magmotor.numerics.c_types import Signature
 from magmotor.numerics.deferred import Deferred
 from magmotor.numerics.dependencies import Defined
+from magmotor.numerics.native_calls import NativeFunction
 
 
 def compiled_once(signature: Signature | None = None, **options: Any) -> Callable[[Callable], Any]:
@@ -42,11 +43,15 @@ def compiled_once(signature: Signature | None = None, **options: Any) -> Callabl
 
         @cache
         def compiled(*by: Any) -> Any:
+            if text and (in_library := native_library.versions(define, by)):
+                return CFunction(in_library[0].address)
             found = defined(*by)
-            function = Deferred(partial(_compiled, found, text, options), found.function)
+            function = CompiledFunction(partial(_compiled, found, text, options), found)
             return function.real if text else function
 
         def is_cached(*by: Any) -> bool:
+            if native_library.versions(define, by):
+                return True
             from magmotor.numerics import numba_cache
 
             return numba_cache.is_cached(defined(*by))
@@ -56,6 +61,43 @@ def compiled_once(signature: Signature | None = None, **options: Any) -> Callabl
         return wrapper
 
     return decorate
+
+
+class CFunction(NamedTuple):
+    """A C function of the library."""
+
+    address: int
+
+
+class CompiledFunction(Deferred):
+    """A function that Python calls: one in the library, or, for other arguments, Numba's.
+
+    Parameters
+    ----------
+    make : callable
+        Returns Numba's function.
+    defined : Defined
+    """
+
+    def __init__(self, make: Callable[[], Any], defined: Defined) -> None:
+        super().__init__(make, defined.function)
+        self._defined = defined
+
+    @cached_property
+    def _in_library(self) -> NativeFunction:
+        return NativeFunction(native_library.versions(self._defined.define, self._defined.by))
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the function."""
+        call = self._in_library.call_with(args)
+        return self.real(*args) if call is None else call()
+
+    def compile_for(self, *args: Any) -> None:
+        """Compile for such arguments here, if need be: Ctrl-C would not end it in a new thread."""
+        if self._in_library.call_with(args) is None:
+            from numba import typeof
+
+            self.real.compile(tuple(map(typeof, args)))
 
 
 def _compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:

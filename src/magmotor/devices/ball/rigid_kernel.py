@@ -48,7 +48,6 @@ from magmotor.devices.ball.rigid_surroundings import (
 )
 from magmotor.noise import normal
 from magmotor.numerics.arrays import aligned, copy
-from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.elementary import prefer_wide_vectors
@@ -230,7 +229,7 @@ def recorded_chunks(
     threads = min(len(states), threads or thread_count())
     ends = [len(states) * k // threads for k in range(threads + 1)]
     recorded, rows = np.empty((0, *states.shape)), (0, 0)
-    compile_here(advance, states, recorded, rows, (0, 1), path, *numbers)
+    advance.compile_for(states, recorded, rows, (0, 1), path, *numbers)
     with ThreadPoolExecutor(threads) as pool:
         for step, times in job.chunks(len(states)):
             recorded = np.empty((len(times), *states.shape))

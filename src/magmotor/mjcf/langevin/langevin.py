@@ -46,7 +46,6 @@ from magmotor.mjcf.lookup import potential_checksum
 from magmotor.mjcf.unit_system import declares_units
 from magmotor.mjcf.wrench_owners import note_wrenches
 from magmotor.noise import LARGEST_STEP, BrownianPath
-from magmotor.numerics.compilation_notice import compile_here
 from magmotor.numerics.splittings import LANGEVIN
 
 LARGER = 'increase memory in <size memory="..."/>'
@@ -550,7 +549,7 @@ class Langevin:
 
     def _compile(self) -> None:
         """Compile the loop, before threads call it."""
-        compile_here(self._advance, *self._loop_arguments(0, 0, Steps(0, 0), self._room()))
+        self._advance.compile_for(*self._loop_arguments(0, 0, Steps(0, 0), self._room()))
 
     def _room(self) -> Room | LoneRoom:
         """Return scratch memory for one thread."""

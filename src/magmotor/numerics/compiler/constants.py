@@ -3,6 +3,7 @@
 import zlib
 from typing import Any
 
+from llvmlite import ir
 from numba import types
 from numba.core.imputils import lower_constant
 from numba.core.typing.templates import AttributeTemplate
@@ -16,7 +17,11 @@ from numba.extending import (
     unbox,
 )
 
+from magmotor.numerics import symbols
 from magmotor.numerics.constants import ConstantInCode
+
+OFFSETS = "magmotor_offsets"
+"""The symbol of the numbers in a library."""
 
 
 class _Constants(types.Type):
@@ -45,7 +50,15 @@ class _Number(AttributeTemplate):
 
 
 @lower_getattr_generic(_Constants)
-def _number(context: Any, _builder: Any, constants: _Constants, _value: Any, name: str) -> Any:
+def _number(context: Any, builder: Any, constants: _Constants, _value: Any, name: str) -> Any:
+    if symbols.INDIRECT:  # a library learns the numbers when it is loaded
+        kind = ir.ArrayType(ir.IntType(64), len(constants.numbers))
+        table = builder.module.globals.get(OFFSETS)
+        if table is None:
+            table = ir.GlobalVariable(builder.module, kind, OFFSETS)
+            table.global_constant = True
+        place = ir.IntType(32)(constants.numbers._fields.index(name))
+        return builder.load(builder.gep(table, [ir.IntType(32)(0), place], inbounds=True))
     return context.get_constant(types.int64, getattr(constants.numbers, name))
 
 

@@ -11,6 +11,11 @@ from numba.core import cgutils
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
+from magmotor.numerics import symbols
+
+CELL = "magmotor_cell_"
+"""Beginning of the symbols of cells."""
+
 
 @intrinsic
 def pointer(typingctx, address):
@@ -95,10 +100,7 @@ def address_of(name):
     @intrinsic
     def read(typingctx):
         def codegen(context, builder, signature, args):
-            word = ir.IntType(64)
-            place = builder.module.globals.get(name)
-            place = place or ir.GlobalVariable(builder.module, word, name)
-            return builder.ptrtoint(place, word)
+            return builder.ptrtoint(_place(builder, name), ir.IntType(64))
 
         return types.int64(), codegen
 
@@ -111,14 +113,20 @@ def variable(name):
     @intrinsic
     def read(typingctx):
         def codegen(context, builder, signature, args):
-            word = ir.IntType(64)
-            place = builder.module.globals.get(name)
-            place = place or ir.GlobalVariable(builder.module, word, name)
-            return builder.load(place, typ=word)
+            return builder.load(_place(builder, name), typ=ir.IntType(64))
 
         return types.int64(), codegen
 
     return read
+
+
+def _place(builder: Any, name: str) -> Any:
+    """Return the address of what a symbol stands for; in a library, a cell has it."""
+    word = ir.IntType(64)
+    kind, symbol = (word.as_pointer(), CELL + name) if symbols.INDIRECT else (word, name)
+    place = builder.module.globals.get(symbol)
+    place = place or ir.GlobalVariable(builder.module, kind, symbol)
+    return builder.load(place, typ=kind) if symbols.INDIRECT else place
 
 
 def call_at(signature):

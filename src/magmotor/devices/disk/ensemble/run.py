@@ -45,7 +45,7 @@ from magmotor.devices.disk.variational import (
     unpack,
 )
 from magmotor.noise import check_seed
-from magmotor.numerics.compilation_notice import Progress, compile_here
+from magmotor.numerics.compilation_notice import Progress
 from magmotor.numerics.constants import COUNT
 
 BLOCK = 64
@@ -190,8 +190,8 @@ class EnsembleRun:
         """Compile what the threads will call, while Ctrl-C ends it."""
         states, block = np.empty((4, self.lanes)), np.empty((1, 4, self.lanes))
         if self.coefficients is not None:
-            compile_here(self.advance, states, block, 0, 1, 0, 0, 1, 0, self.coefficients)
-        compile_here(accumulate, self.statistics, block, 0, 0, 0, 0, self.deviations, self.sigma)
+            self.advance.compile_for(states, block, 0, 1, 0, 0, 1, 0, self.coefficients)
+        accumulate.compile_for(self.statistics, block, 0, 0, 0, 0, self.deviations, self.sigma)
 
     def _next_stop(self, span: int) -> int:
         """Return the next record, but at most `span` samples from here."""

@@ -1,0 +1,247 @@
+"""Compile all functions of the library into one object file; `build.py` runs this for each level.
+
+Numba compiles them when they are called, here as there, except that they look up the numbers of
+layouts and the addresses of symbols in memory. What it has optimized is linked as it is.
+"""
+
+import ctypes
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from numba import types
+
+from library.exercise import beside, everything
+from magmotor.mjcf import layout
+from magmotor.numerics import dependencies, numba_cache, symbols
+from magmotor.numerics.compiler.constants import OFFSETS
+from magmotor.numerics.compiler.memory import CELL
+from magmotor.numerics.native_library import FORMAT, name_of
+from magmotor_plugin.library import library as mujoco_library
+
+OF_C = {
+    "memset", "memcpy", "memmove", "sin", "cos", "tan", "sincos", "atan2", "exp", "log", "pow",
+    "sqrt", "fma",
+}  # fmt: skip
+"""Names of functions that the library takes from libc and libm."""
+
+OF_ARRAYS = {
+    "NRT_MemInfo_alloc_aligned", "NRT_MemInfo_call_dtor", "numba_attempt_nocopy_reshape",
+}  # fmt: skip
+OF_NUMBA = re.compile(r"Py|_Py|NRT_|numba_")
+"""Names that Numba's code has for Python's errors and for arrays, of which the C part has stubs."""
+
+
+class Cells:
+    """Cells with the addresses of symbols, for the code that runs in this process."""
+
+    def __init__(self) -> None:
+        self._cells: dict[str, ctypes.c_int64] = {}
+
+    def bind(self, symbol: str, address: int) -> None:
+        """Write an address into the cell of a symbol."""
+        if symbol not in self._cells:
+            self._cells[symbol] = ctypes.c_int64()
+            llvm.add_symbol(CELL + symbol, ctypes.addressof(self._cells[symbol]))
+        self._cells[symbol].value = address
+
+
+class Compiled:
+    """A function that has been compiled: its name in the library, and the versions of its code."""
+
+    def __init__(self, defined: dependencies.Defined, signature: str, found: Any) -> None:
+        self.name = name_of(defined.define, defined.by)
+        self.checksum = defined.checksum
+        self._found, self._is_c = found, bool(signature)
+
+    def versions(self) -> list[tuple[Any, str, str, str]]:
+        """Return the module, the function in it, the arguments and the result of each version."""
+        if self._is_c:
+            library = self._found._library
+            return [(library._get_module_for_linking(), self._found._wrapper_name, "", "")]
+        found = []
+        for result in self._found.overloads.values():
+            if isinstance(result.signature.return_type, types.Array):
+                continue  # which would need Numba's memory
+            kinds = ",".join(map(kind_of, result.signature.args))
+            returned = format_of(result.signature.return_type)
+            module = result.library._get_module_for_linking()
+            found.append((module, result.fndesc.llvm_func_name, kinds, returned))
+        return found
+
+
+def kind_of(argument: Any) -> str:
+    """Return the kind of an argument, as `magmotor.numerics.native_calls` has it."""
+    kind: Any = types.unliteral(argument)
+    if isinstance(kind, types.Array):
+        access = "" if kind.mutable else "r"
+        return f"{np.dtype(str(kind.dtype)).char}{kind.ndim}{kind.layout}{access}"
+    if isinstance(kind, types.BaseTuple):
+        return f"({','.join(map(kind_of, kind.types))})"  # pyright: ignore[reportAttributeAccessIssue]
+    if kind == types.none:
+        return "NoneType"
+    return format_of(kind)
+
+
+def format_of(kind: Any) -> str:
+    """Return the format of a number, or of a tuple of numbers, for `struct`."""
+    if isinstance(kind, types.BaseTuple):
+        return "".join(map(format_of, kind.types))  # pyright: ignore[reportAttributeAccessIssue]
+    letters = {
+        types.int64: "q", types.uint64: "Q", types.int32: "i", types.float64: "d",
+        types.boolean: "?", types.none: "",
+    }  # fmt: skip
+    return letters[kind]
+
+
+def main(level: str, folder: Path | None) -> None:
+    """Compile everything, and write an object, tables for C, and the description.
+
+    Without a folder, compile only what another such process will find on the disk.
+    """
+    made: list[Compiled] = []
+    compiled = numba_cache.compiled
+
+    def record(defined: dependencies.Defined, signature: str, options: dict[str, Any]) -> Any:
+        found = compiled(defined, signature, options)
+        made.append(Compiled(defined, signature, found))
+        return found
+
+    numba_cache.compiled = record
+    symbols.INDIRECT = True
+    symbols.bind_in(Cells())
+    offsets = layout.current()
+    table = (ctypes.c_int64 * len(offsets))(*offsets)
+    llvm.add_symbol(OFFSETS, ctypes.addressof(table))
+    if folder is None:
+        beside()
+        return
+    everything()
+    whole, functions = link(sorted(made, key=lambda one: one.name))
+    emit(whole, folder / "functions.o")
+    numbers = [version[0] for function in functions.values() for version in function["versions"]]
+    (folder / "functions.inc").write_text("".join(f"FUNCTION({k})\n" for k in numbers))
+    found = (symbol.name for symbol in whole.global_variables if symbol.name.startswith(CELL))
+    cells = sorted(name.removeprefix(CELL) for name in found)
+    (folder / "cells.inc").write_text("".join(f"CELL({name})\n" for name in cells))
+    (folder / "offsets.h").write_text(f"#define OFFSETS {len(offsets)}\n")
+    names = {
+        each.name
+        for each in [*whole.functions, *whole.global_variables]
+        if each.is_declaration and OF_NUMBA.match(each.name)
+    }
+    (folder / "never.inc").write_text(
+        "".join(f"NEVER({name})\n" for name in sorted(names - OF_ARRAYS))
+    )
+    description = {
+        "format": FORMAT,
+        "level": level,
+        "machine": "aarch64" if level == "aarch64" else "x86_64",
+        "offsets": offsets._fields,
+        "functions": functions,
+    }
+    (folder / "description.json").write_text(json.dumps(description))
+
+
+def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
+    """Return one module with all functions, and what the description says of them."""
+    whole, functions, number = llvm.parse_assembly(""), {}, 0
+    for function in made:
+        entries: list[tuple[int, str, str]] = []
+        for source, inner, arguments, result in function.versions():
+            module = llvm.parse_bitcode(source.as_bitcode())
+            symbol = f"magmotor_function_{number}"
+            for each in [*module.functions, *module.global_variables]:
+                if not each.is_declaration:
+                    each.linkage = "internal"
+            entry = module.get_function(inner)
+            entry.linkage = "external"
+            if result or arguments:
+                kinds = [str(argument.type) for argument in entry.arguments]
+                module.link_in(llvm.parse_assembly(by_words(symbol, inner, kinds)))
+                module.get_function(inner).linkage = "internal"
+            else:
+                entry.name = symbol
+            module.get_function(symbol).visibility = "hidden"
+            if not whole.data_layout:
+                whole.data_layout, whole.triple = module.data_layout, module.triple
+            whole.link_in(module)
+            entries.append((number, arguments, result))
+            number += 1
+        functions[function.name] = {"checksum": function.checksum, "versions": entries}
+    whole.link_in(llvm.parse_assembly(calls_by_cells(whole)))
+    for each in whole.functions:
+        if not each.is_declaration and not each.name.startswith("magmotor_function_"):
+            each.linkage = "internal"
+    for variable in whole.global_variables:
+        if variable.name.startswith(CELL) or variable.name == OFFSETS:
+            variable.visibility = "hidden"
+    return whole, functions
+
+
+def by_words(symbol: str, function: str, kinds: list[str]) -> str:
+    """Return code of a C function with two arguments: words, and the address of the result."""
+    lines = [
+        f'declare i32 @"{function}"({", ".join(kinds)})',
+        f"define i32 @{symbol}(ptr %words, ptr %result) {{",
+        "%exception = alloca ptr",
+        "store ptr null, ptr %exception",
+    ]
+    arguments = ["ptr %result", "ptr %exception"]
+    for k, kind in enumerate(kinds[2:]):
+        lines += [f"%p{k} = getelementptr i64, ptr %words, i64 {k}", f"%w{k} = load i64, ptr %p{k}"]
+        convert = {"i64": "", "ptr": "inttoptr", "double": "bitcast"}.get(kind, "trunc")
+        if convert:
+            lines.append(f"%a{k} = {convert} i64 %w{k} to {kind}")
+        arguments.append(f"{kind} %{'a' if convert else 'w'}{k}")
+    lines += [f'%status = call i32 @"{function}"({", ".join(arguments)})', "ret i32 %status", "}"]
+    return "\n".join(lines)
+
+
+def calls_by_cells(module: Any) -> str:
+    """Return code that calls each C function of MuJoCo or ours by the address in its cell."""
+    lines = []
+    for function in module.functions:
+        name = function.name
+        if not function.is_declaration or name in OF_C or OF_NUMBA.match(name):
+            continue
+        if name.startswith("llvm."):
+            continue
+        kinds = [str(argument.type) for argument in function.arguments]
+        returned = str(function.global_value_type).partition(" (")[0]
+        given = ", ".join(f"{kind} %a{k}" for k, kind in enumerate(kinds))
+        result, value = ("", "") if returned == "void" else ("%result = ", " %result")
+        lines += [
+            f"@{CELL}{name} = external global ptr",
+            f"define {returned} @{name}({given}) alwaysinline {{",
+            f"%function = load ptr, ptr @{CELL}{name}",
+            f"{result}tail call {returned} %function({given})",
+            f"ret {returned}{value}",
+            "}",
+        ]
+    return "\n".join(lines)
+
+
+def emit(module: Any, path: Path) -> None:
+    """Write the machine code of a module to an object file."""
+    settings: Any = numba_cache.target()
+    machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(
+        cpu=settings[0], features=settings[1], opt=3, reloc="pic", codemodel="default"
+    )
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_always_inliner_pass()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    options = llvm.create_pipeline_tuning_options(speed_level=0)
+    passes.run(module, llvm.create_pass_builder(machine, options))
+    module.verify()
+    path.write_bytes(machine.emit_object(module))
+
+
+if __name__ == "__main__":
+    mujoco_library()
+    main(sys.argv[1], Path(sys.argv[2]) if len(sys.argv) > 2 else None)
