@@ -80,7 +80,7 @@ def link(level: str, folder: Path) -> Path:
     """Link the compiled functions in a folder with the C part; return the library."""
     compiler = os.environ.get("CC", "cc")
     result = folder / "library.so"
-    sources = [str(HERE / "library.c"), str(folder / "functions.o")]
+    sources = [*map(str, sorted(HERE.glob("*.c"))), str(folder / "functions.o")]
     options = [*FLAGS, f"-I{folder}", f"-DLEVEL={LEVEL_NUMBERS.get(level, 0)}", "-o", str(result)]
     subprocess.run([compiler, *options, *sources, "-lm"], check=True)
     description = json.loads((folder / "description.json").read_text(encoding="utf-8"))

@@ -120,14 +120,12 @@ def bind() -> None:
     memory.bind_function("magmotor_form_error", _form_error)
     memory.bind_function("magmotor_form_notice", _give_notice)
     memory.bind_variable("magmotor_notices_given", _given)
-    memory.bind_variable("magmotor_acted_address", _acted_address)
-    memory.bind_variable("magmotor_given_address", _given_address)
+    memory.bind_storage("magmotor_acted_address", _acted)
+    memory.bind_storage("magmotor_given_address", _given)
 
 
 _given = ctypes.c_int64(0)
-_given_address = ctypes.c_int64(ctypes.addressof(_given))
 _acted = ctypes.c_int64(0)
-_acted_address = ctypes.c_int64(ctypes.addressof(_acted))
 _texts: dict[int, ctypes.Array] = {}
 """Last error of each thread, kept while C code reads it."""
 
