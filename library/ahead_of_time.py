@@ -173,6 +173,7 @@ def c_tables(
         "variables.inc": tables.variables(cells, by_address, initial),
         "plugins.inc": tables.plugins(by_address),
         "versions.inc": tables.versions(),
+        "sentences.inc": tables.sentences(),
     }
 
 

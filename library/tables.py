@@ -13,6 +13,9 @@ from typing import Any
 
 from library import layouts
 from magmotor.mjcf import callbacks, memory
+from magmotor.mjcf.error_numbers import FORM, KIND
+from magmotor.mjcf.error_sentences import ERRORS, LONGEST
+from magmotor.mjcf.notice_sentences import ASSUMED, ELSE, MARK_NAME, NOT_A_MARK, NOTICES
 from magmotor.numerics import symbols
 from magmotor_plugin import slots
 
@@ -86,6 +89,22 @@ def plugins(numbers: dict[int, int]) -> str:
     callback = numbers[callbacks.compiled_callback().address]
     lines = [*attributes, "static const Plugin plugins[] = {\n", *rows, "};\n"]
     return "".join([*lines, f"#define CALLBACK {FUNCTION}{callback}\n"])
+
+
+def sentences() -> str:
+    """Return the sentences of errors and notices by number and form, and what C must know."""
+    named = {
+        "ELSE": ELSE, "ASSUMED": ASSUMED, "NOT_A_MARK": NOT_A_MARK, "FORM": FORM, "KIND": KIND,
+        "LONGEST": LONGEST,
+    }  # fmt: skip
+    lines = [f"NAMED({name}, {number})\n" for name, number in named.items()]
+    lines += [
+        f"{table}({number}, {form}, {json.dumps(sentence)})\n"
+        for table, rows in (("ERROR", ERRORS), ("NOTICE", NOTICES))
+        for number, forms in rows.items()
+        for form, sentence in forms.items()
+    ]
+    return "".join([*lines, f"MARK({json.dumps(MARK_NAME)})\n"])
 
 
 def versions() -> str:

@@ -16,14 +16,9 @@ import mujoco
 
 from magmotor.common.exceptions import DeclarationError, InputError
 from magmotor.mjcf import error_numbers, memory
-from magmotor.mjcf.error_sentences import (
-    ASSUMED,
-    NOT_A_MARK,
-    resembles_mark,
-    sentence_of_error,
-    sentence_of_notice,
-)
+from magmotor.mjcf.error_sentences import sentence_of_error, sentence_of_notice
 from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
+from magmotor.mjcf.notice_sentences import ASSUMED, NOT_A_MARK, resembles_mark
 from magmotor.numerics import c_types as types
 from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin.c_callbacks import returning
