@@ -48,16 +48,31 @@ static int contains_mark(const char *name) {
   return 0;
 }
 
-// Each notice is given once, until compiled code forgets it.
+// Whether a sentence has not been given by this process.
+static int is_new(const char *sentence) {
+  static uint64_t given[256];
+  uint64_t hash = 14695981039346656037u;  // FNV-1a
+  for (; *sentence; sentence++) hash = (hash ^ (unsigned char)*sentence) * 1099511628211u;
+  for (size_t k = 0; k < sizeof given / sizeof *given; k++) {
+    uint64_t found = 0;
+    if (__atomic_compare_exchange_n(&given[k], &found, hash, 0, __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+      return 1;
+    if (found == hash) return 0;
+  }
+  return 1;
+}
+
+// A process gives each sentence once, as Python does by default.
 void magmotor_form_notice(int64_t which, int64_t number, const char *name, int64_t other,
                           const char *other_name, int64_t unless, int64_t handler, int64_t user,
                           const char **text) {
   (void)handler, (void)user, (void)text;  // warnings are no errors
   if (which == NOT_A_MARK && !contains_mark(name ? name : "")) return;
   int64_t *given = magmotor_cell_magmotor_notices_given, bit = (int64_t)1 << which;
-  if (__atomic_fetch_or(given, bit, __ATOMIC_RELAXED) & (bit | unless)) return;
+  if (__atomic_fetch_or(given, bit, __ATOMIC_RELAXED) & unless) return;
   char sentence[ROOM];
   magmotor_form_sentence(sentence, 0, which, &(Subject){number, name, other, other_name, 0});
+  if (!is_new(sentence)) return;
   if (which == ASSUMED)
     fprintf(stderr, "magmotor: %s\n", sentence);
   else

@@ -17,11 +17,9 @@ typedef struct {
 
 // Functions of MuJoCo, whose addresses are 0 where they are not visible.
 #pragma weak mj_version
-#pragma weak mj_versionString
 #pragma weak mjp_getPlugin
 #pragma weak mjp_registerPlugin
 int mj_version(void);
-const char *mj_versionString(void);
 const Plugin *mjp_getPlugin(const char *name, int *slot);
 int mjp_registerPlugin(const Plugin *plugin);
 
@@ -74,10 +72,8 @@ static int set_offsets_of(int number) {
 }
 
 static void refuse_version(int number) {
-  char digits[32];
-  snprintf(digits, sizeof digits, "%d", number);
-  fprintf(stderr, "magmotor: nothing is registered: MuJoCo %s is unknown; known are ",
-          mj_versionString ? mj_versionString() : digits);
+  fprintf(stderr, "magmotor: nothing is registered: MuJoCo %d.%d.%d is unknown; known are ",
+          number / 1000000, number / 1000 % 1000, number % 1000);
   for (int k = 0; k < VERSIONS; k++) fprintf(stderr, "%s%s", k ? ", " : "", versions[k].name);
   fprintf(stderr, "\n");
 }

@@ -81,7 +81,14 @@ def register() -> int:
 
 @cache
 def slot(name: bytes) -> int:
-    """Register a plugin, and return its slot."""
+    """Register a plugin, and return its slot.
+
+    A program in C that embeds Python may have registered its own, which serves Python, too.
+    """
+    find, found = library().mjp_getPlugin, ctypes.c_int()
+    find.restype = ctypes.c_void_p
+    if find(name, ctypes.byref(found)):
+        return found.value
     plugin = described(name)
     for member, function in STUBS[name].items():
         setattr(plugin, member, ctypes.cast(function, ctypes.c_void_p).value)
