@@ -147,7 +147,8 @@ def error_of(path):
 def test_the_bits_are_those_of_python(run, tmp_path):
     steps, paths = 3000, [ROOT / "models" / f"{name}.xml" for name in MODELS]
     paths += written(tmp_path, [NEEDLE])
-    found = [numbers(line) for line in (done := run("steps", steps, paths)).stdout.splitlines()]
+    done = run("steps", steps, paths)
+    found = [numbers(line) for line in done.stdout.splitlines()]
     expected = [state_after(mujoco.MjModel.from_xml_path(str(path)), steps) for path in paths]
     assert found == expected
     assert done.stderr == ""
