@@ -1,6 +1,7 @@
 """Struct offsets: right ones are accepted, wrong ones are named."""
 
 import ctypes
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -8,11 +9,20 @@ from pathlib import Path
 import mujoco
 import pytest
 
+from library import layouts
 from magmotor.mjcf import layout
 
 
 def test_offsets_of_the_running_version_are_verified():
     layout.verify(layout.current())
+
+
+def test_the_library_knows_the_running_version():
+    """Else, or after a field was added: python -m library.layouts VERSION ..."""
+    assert json.loads(layouts.PATH.read_text(encoding="utf-8"))["fields"] == [
+        *layout.Layout._fields
+    ]
+    assert layouts.known()[mujoco.mj_versionString()] == layouts.running()
 
 
 def test_the_oldest_version_that_messages_name_is_the_one_required():

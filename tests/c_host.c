@@ -1,4 +1,4 @@
-// What test_c_host.py lets a program without Python do: c_host LIBRARY TASK COUNT MODEL...
+// What a program without Python does in tests: c_host LIBRARY TASK COUNT MODEL...
 #include <dlfcn.h>
 #include <malloc.h>
 #include <mujoco/mujoco.h>
@@ -59,14 +59,27 @@ static void raise_error(const char *message) {
 }
 
 static void errors(mjModel *m) {
-  mjData *volatile d = started(m);
+  mjData *volatile d = NULL;
   mju_user_error = raise_error;
   if (!setjmp(caught)) {
+    d = started(m);
     mj_step(m, d);
     printf("no error" END);
   }
   mju_user_error = NULL;
   mj_deleteData(d);
+}
+
+// The same in a model that was changed after it was loaded.
+static void indices(mjModel *m) {
+  m->name_textadr[0] = -5;
+  errors(m);
+  m->name_textadr[0] = 0;
+  m->tuple_size[0] = 1 << 20;
+  errors(m);
+  m->tuple_size[0] = 0;
+  m->names[m->nnames - 1] = 'x';
+  errors(m);
 }
 
 // Warnings, and the state after steps on a thread without a handler of errors.
@@ -103,6 +116,18 @@ static void threads(mjModel *m) {
   }
 }
 
+// What MuJoCo knows of the plugins.
+static void plugins(mjModel *m) {
+  (void)m;
+  for (int k = 0; k < mjp_pluginCount(); k++) {
+    const mjpPlugin *p = mjp_getPluginAtSlot(k);
+    printf("%s %d %s %d %d %d %d%d%d%d%d%d%d\n", p->name, p->nattribute,
+           p->nattribute ? p->attributes[0] : "-", p->capabilityflags, p->needstage,
+           p->nsensordata ? p->nsensordata(NULL, 0, 0) : 0, !!p->nstate, !!p->nsensordata,
+           !!p->init, !!p->destroy, !!p->copy, !!p->reset, !!p->compute);
+  }
+}
+
 // How many bytes more are in use after a model has been loaded many times, and after many steps.
 static void leaks(mjModel *m) {
   size_t before = 0;
@@ -126,6 +151,8 @@ int main(int argc, char **argv) {
   } tasks[] = {
       {"steps", steps},         {"callback", callback}, {"errors", errors},
       {"unhandled", unhandled}, {"threads", threads},   {"leaks", leaks},
+      {"indices", indices},
+      {"plugins", plugins},
   };
   if (argc < 4) return 2;
   library = argv[1];
