@@ -21,7 +21,13 @@ from magmotor.common import optional
 from magmotor.common.versions import package_checksum
 
 ROOT = Path(__file__).parents[2]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = PYPROJECT["project"]
+DEPENDENCIES = [
+    *PYPROJECT["tool"]["hatch"]["metadata"]["hooks"]["custom"]["dependencies"],
+    *PROJECT["optional-dependencies"]["numba"],
+]
+"""Those of a wheel without the library of compiled functions."""
 
 NEEDLE = """
 <mujoco>
@@ -70,7 +76,7 @@ def _applies(requirement, extras):
 def core(tmp_path_factory):
     """Run Python in an environment that has no extra: links to the packages of the core alone."""
     folder = tmp_path_factory.mktemp("site-packages")
-    for name in closure([*PROJECT["dependencies"], "magmotor"]):
+    for name in closure([*DEPENDENCIES, "magmotor"]):
         found = distribution(name)
         parts = {file.parts[0] for file in found.files or () if file.parts[0] != ".."}
         for part in parts - {"__pycache__"}:
@@ -344,7 +350,7 @@ def test_every_requirement_has_a_pin_that_satisfies_it():
         if line and not line.startswith("#"):
             name, _, pinned = line.partition("==")
             pins[re.sub(r"[-_.]+", "-", name).lower()] = pinned
-    groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
+    groups = [DEPENDENCIES, *PROJECT["optional-dependencies"].values()]
     for requirement in (Requirement(line) for group in groups for line in group):
         name = re.sub(r"[-_.]+", "-", requirement.name).lower()
         if name != "magmotor":
