@@ -56,6 +56,12 @@ class NativeLibrary:
     ----------
     path : Path
 
+    Attributes
+    ----------
+    path : Path
+    description : dict
+        What the file says of itself.
+
     Raises
     ------
     UnfitLibraryError
@@ -64,7 +70,7 @@ class NativeLibrary:
     """
 
     def __init__(self, path: Path) -> None:
-        self.description = described(path)
+        self.path, self.description = path, described(path)
         try:
             self._c = ctypes.CDLL(str(path))
         except OSError as error:
