@@ -1,4 +1,4 @@
-"""Print the path of the library of compiled functions, which MuJoCo loads without Python, too."""
+"""Print the path of the library of compiled functions."""
 
 from dataclasses import dataclass
 
@@ -18,6 +18,8 @@ def main() -> None:
 
     found = library()
     if found is None:
-        sentence = "there is no library for this processor here; in a clone, `make library` builds one"
+        sentence = (
+            "there is no library for this processor here; in a clone, `make library` builds one"
+        )
         fail(f"{sentence} in {FOLDER}", 1)
     print(found.path)
