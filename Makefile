@@ -99,7 +99,7 @@ clean:  ## remove environments and caches, but not out/
 # environment from scratch if made-for is missing or differs, otherwise update it in place. What builds
 # the package is installed once. While the rest is installed, the library is built for tests; a movie
 # needs little of it, which Numba compiles in a few seconds.
-COMPILE := import magmotor as mm; mm.simulate(mm.Top(), duration=0.01)
+COMPILE := import magmotor as mm; mm.simulate(mm.Top(), duration=1)
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
@@ -121,7 +121,7 @@ define install
 	pip="$(1)/bin/python -m pip install --no-compile --no-warn-conflicts"; \
 	$(if $(5),$$pip -qq editables hatchling && pip="$$pip --no-build-isolation" && \
 	$$pip -qq -e '.[scenes]' && $$pip -qq --no-deps $(5) \
-	&& { $(1)/bin/python $(if $(findstring dev,$(3)),-m library.build,-c '$(COMPILE)' >/dev/null) & };) \
+	&& { $(1)/bin/python $(if $(findstring dev,$(3)),-m library.build,-c '$(COMPILE)' >/dev/null 2>&1) & };) \
 	$$pip -qq $(3) || { echo "== pip failed; trying again with full output"; $$pip $(3); } && wait
 	@echo '$(HERE)' > $(1)/made-for
 	@touch $@
