@@ -15,8 +15,9 @@ import llvmlite.binding as llvm
 import numpy as np
 from numba import types
 
+from library import tables
 from library.exercise import beside, everything
-from magmotor.mjcf import layout
+from magmotor.mjcf import layout, memory
 from magmotor.numerics import dependencies, numba_cache, symbols
 from magmotor.numerics.compiler.constants import OFFSETS
 from magmotor.numerics.compiler.memory import CELL
@@ -37,16 +38,26 @@ OF_NUMBA = re.compile(r"Py|_Py|NRT_|numba_")
 
 
 class Cells:
-    """Cells with the addresses of symbols, for the code that runs in this process."""
+    """Cells with the addresses of symbols, for the code that runs in this process.
+
+    Attributes
+    ----------
+    initial : dict
+        The words that each variable, or the memory at the address in it, had when it was bound.
+    """
 
     def __init__(self) -> None:
         self._cells: dict[str, ctypes.c_int64] = {}
+        self.initial: dict[str, list[int]] = {}
 
     def bind(self, symbol: str, address: int) -> None:
         """Write an address into the cell of a symbol."""
         if symbol not in self._cells:
             self._cells[symbol] = ctypes.c_int64()
             llvm.add_symbol(CELL + symbol, ctypes.addressof(self._cells[symbol]))
+            if symbol in memory.VARIABLES:
+                found = memory.STORAGES.get(symbol, memory.VARIABLES[symbol])
+                self.initial[symbol] = tables.words_of(found)
         self._cells[symbol].value = address
 
 
@@ -57,6 +68,7 @@ class Compiled:
         self.name = name_of(defined.define, defined.by)
         self.checksum = defined.checksum
         self._found, self._is_c = found, bool(signature)
+        self.address = found.address if signature else 0
 
     def versions(self) -> list[tuple[Any, str, str, str]]:
         """Return the module, the function in it, the arguments and the result of each version."""
@@ -115,7 +127,8 @@ def main(level: str, folder: Path | None) -> None:
 
     numba_cache.compiled = record
     symbols.INDIRECT = True
-    symbols.bind_in(Cells())
+    bound = Cells()
+    symbols.bind_in(bound)
     offsets = layout.current()
     table = (ctypes.c_int64 * len(offsets))(*offsets)
     llvm.add_symbol(OFFSETS, ctypes.addressof(table))
@@ -123,22 +136,13 @@ def main(level: str, folder: Path | None) -> None:
         beside()
         return
     everything()
-    whole, functions = link(sorted(made, key=lambda one: one.name))
+    made.sort(key=lambda one: one.name)
+    whole, functions = link(made)
     emit(whole, folder / "functions.o")
-    numbers = [version[0] for function in functions.values() for version in function["versions"]]
-    (folder / "functions.inc").write_text("".join(f"FUNCTION({k})\n" for k in numbers))
-    found = (symbol.name for symbol in whole.global_variables if symbol.name.startswith(CELL))
-    cells = sorted(name.removeprefix(CELL) for name in found)
-    (folder / "cells.inc").write_text("".join(f"CELL({name})\n" for name in cells))
+    by_address = {one.address: functions[one.name]["versions"][0][0] for one in made if one.address}
+    for name, text in c_tables(whole, functions, by_address, bound.initial).items():
+        (folder / name).write_text(text, encoding="utf-8")
     (folder / "offsets.h").write_text(f"#define OFFSETS {len(offsets)}\n")
-    names = {
-        each.name
-        for each in [*whole.functions, *whole.global_variables]
-        if each.is_declaration and OF_NUMBA.match(each.name)
-    }
-    (folder / "never.inc").write_text(
-        "".join(f"NEVER({name})\n" for name in sorted(names - OF_ARRAYS))
-    )
     description = {
         "format": FORMAT,
         "level": level,
@@ -149,6 +153,32 @@ def main(level: str, folder: Path | None) -> None:
     (folder / "description.json").write_text(json.dumps(description))
 
 
+def c_tables(
+    whole: Any,
+    functions: dict[str, Any],
+    by_address: dict[int, int],
+    initial: dict[str, list[int]],
+) -> dict[str, str]:
+    """Return the files that the C part includes, by name."""
+    numbers = [version[0] for function in functions.values() for version in function["versions"]]
+    found = (symbol.name for symbol in whole.global_variables if symbol.name.startswith(CELL))
+    cells = sorted(name.removeprefix(CELL) for name in found)
+    never = {
+        each.name
+        for each in [*whole.functions, *whole.global_variables]
+        if each.is_declaration and OF_NUMBA.match(each.name)
+    }
+    return {
+        "functions.inc": "".join(f"FUNCTION({k})\n" for k in numbers),
+        "never.inc": "".join(f"NEVER({name})\n" for name in sorted(never - OF_ARRAYS)),
+        "cells.inc": tables.cells(cells, by_address),
+        "variables.inc": tables.variables(cells, by_address, initial),
+        "plugins.inc": tables.plugins(by_address),
+        "versions.inc": tables.versions(),
+        "sentences.inc": tables.sentences(),
+    }
+
+
 def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
     """Return one module with all functions, and what the description says of them."""
     whole, functions, number = llvm.parse_assembly(""), {}, 0
@@ -156,7 +186,7 @@ def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
         entries: list[tuple[int, str, str]] = []
         for source, inner, arguments, result in function.versions():
             module = llvm.parse_bitcode(source.as_bitcode())
-            symbol = f"magmotor_function_{number}"
+            symbol = f"{tables.FUNCTION}{number}"
             for each in [*module.functions, *module.global_variables]:
                 if not each.is_declaration:
                     each.linkage = "internal"
@@ -179,7 +209,7 @@ def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
         functions[function.name] = {"checksum": function.checksum, "versions": entries}
     whole.link_in(llvm.parse_assembly(calls_by_cells(whole)))
     for each in whole.functions:
-        if not each.is_declaration and not each.name.startswith("magmotor_function_"):
+        if not each.is_declaration and not each.name.startswith(tables.FUNCTION):
             each.linkage = "internal"
     for variable in whole.global_variables:
         if variable.name.startswith(CELL) or variable.name == OFFSETS:

@@ -123,7 +123,7 @@ def compile_functions(level: str, folder: Path) -> None:
 def link(level: str, folder: Path, path: Path, compiler: str) -> None:
     """Link the compiled functions in a folder with the C part."""
     result = folder / "library.so"
-    sources = [str(HERE / "library.c"), str(folder / "functions.o")]
+    sources = [*map(str, sorted(HERE.glob("*.c"))), str(folder / "functions.o")]
     options = [*FLAGS, f"-I{folder}", f"-DLEVEL={LEVEL_NUMBERS.get(level, 0)}", "-o", str(result)]
     subprocess.run([compiler, *options, *sources, "-lm"], check=True)
     description = json.loads((folder / "description.json").read_text(encoding="utf-8"))

@@ -1,14 +1,21 @@
-// The C part of the library: what compiled code needs that is not in it.
-#include <stdint.h>
-#include <stdlib.h>
+// What compiled code needs: cells, offsets, and the numbers of functions.
+#include "library.h"
+
+#include <stddef.h>
 #include <string.h>
 
-#include "offsets.h"
+// ---- Cells, which contain the addresses of functions and variables. Python binds its own.
+#include "variables.inc"
 
-#define SHARED __attribute__((visibility("default")))
+// Where MuJoCo's symbols are not visible, as in Python, these are 0.
+#define CELL(name, initial)
+#define MUJOCO(name, initial) extern char name[] __attribute__((weak));
+#include "cells.inc"
+#undef CELL
+#undef MUJOCO
 
-// ---- Cells, which contain the addresses of MuJoCo's functions and of our variables
-#define CELL(name) void *magmotor_cell_##name;
+#define CELL(name, initial) void *magmotor_cell_##name = initial;
+#define MUJOCO CELL
 #include "cells.inc"
 #undef CELL
 
@@ -16,17 +23,10 @@ static const struct {
   const char *name;
   void **cell;
 } cells[] = {
-#define CELL(name) {#name, &magmotor_cell_##name},
+#define CELL(name, initial) {#name, &magmotor_cell_##name},
 #include "cells.inc"
 #undef CELL
 };
-
-// ---- The layout of MuJoCo's structs, as numbers that compiled code reads
-int64_t magmotor_offsets[OFFSETS];
-
-SHARED void magmotor_set_offsets(const int64_t *offsets) {
-  memcpy(magmotor_offsets, offsets, sizeof magmotor_offsets);
-}
 
 SHARED int magmotor_bind(const char *name, void *address) {
   for (size_t k = 0; k < sizeof cells / sizeof *cells; k++)
@@ -37,11 +37,30 @@ SHARED int magmotor_bind(const char *name, void *address) {
   return 0;
 }
 
-// ---- Functions, by their numbers in the description
-#define FUNCTION(k) extern char magmotor_function_##k[];
-#include "functions.inc"
-#undef FUNCTION
+static int64_t without_handlers(int64_t handler) {
+  (void)handler;
+  return 0;
+}
 
+const char *magmotor_missing(void) {
+  for (size_t k = 0; k < sizeof cells / sizeof *cells; k++) {
+    if (*cells[k].cell) continue;
+    if (cells[k].name[0] != '_') return cells[k].name;
+    *cells[k].cell = (void *)without_handlers;  // the only private function of MuJoCo
+  }
+  return 0;
+}
+
+void magmotor_load(int64_t number) { (void)number; }  // here, all functions are loaded
+
+// ---- The layout of MuJoCo's structs, as numbers that compiled code reads
+int64_t magmotor_offsets[OFFSETS];
+
+SHARED void magmotor_set_offsets(const int64_t *offsets) {
+  memcpy(magmotor_offsets, offsets, sizeof magmotor_offsets);
+}
+
+// ---- Functions, by their numbers in the description
 static void *const functions[] = {
 #define FUNCTION(k) magmotor_function_##k,
 #include "functions.inc"
@@ -57,43 +76,3 @@ SHARED int magmotor_is_supported(void) {
 #endif
   return 1;
 }
-
-// ---- Arrays that compiled code allocates for a while, as in Numba's nrt.h
-typedef struct {
-  size_t references;
-  void (*destructor)(void *, size_t, void *);
-  void *information, *data;
-  size_t size;
-  void *allocator;
-} Array;
-
-void *NRT_MemInfo_alloc_aligned(int64_t size, uint32_t alignment) {
-  Array *array = calloc(1, sizeof *array);
-  size_t room = ((size_t)size + alignment) / alignment * alignment;
-  if (!array || !(array->data = aligned_alloc(alignment, room))) abort();
-  array->references = 1;
-  array->size = (size_t)size;
-  return array;
-}
-
-void NRT_MemInfo_call_dtor(Array *array) {
-  free(array->data);
-  free(array);
-}
-
-int numba_attempt_nocopy_reshape(int64_t axes, const int64_t *extents, const int64_t *strides,
-                                 int64_t new_axes, const int64_t *new_extents,
-                                 int64_t *new_strides, int64_t size, int columns_first) {
-  int64_t stride = size;
-  for (int64_t k = axes - 1; k >= 0; stride *= extents[k--])
-    if (columns_first || strides[k] != stride) return 0;
-  stride = size;
-  for (int64_t k = new_axes - 1; k >= 0; stride *= new_extents[k--]) new_strides[k] = stride;
-  return 1;
-}
-
-// ---- Other names of Numba and Python, for errors of Python, which the code does not raise
-#define NEVER(name)     \
-  void name(void);      \
-  void name(void) { abort(); }
-#include "never.inc"

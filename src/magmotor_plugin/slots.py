@@ -81,7 +81,22 @@ def register() -> int:
 
 @cache
 def slot(name: bytes) -> int:
-    """Register a plugin, and return its slot."""
+    """Register a plugin, and return its slot.
+
+    A program in C that embeds Python may have registered its own, which serves Python, too.
+    """
+    find, found = library().mjp_getPlugin, ctypes.c_int()
+    find.restype = ctypes.c_void_p
+    if find(name, ctypes.byref(found)):
+        return found.value
+    plugin = described(name)
+    for member, function in STUBS[name].items():
+        setattr(plugin, member, ctypes.cast(function, ctypes.c_void_p).value)
+    return library().mjp_registerPlugin(ctypes.byref(plugin))
+
+
+def described(name: bytes) -> Plugin:
+    """Return a plugin without its functions."""
     plugin = Plugin()
     library().mjp_defaultPlugin(ctypes.byref(plugin))
     plugin.name = name
@@ -91,9 +106,7 @@ def slot(name: bytes) -> int:
         plugin.nattribute, plugin.attributes = 1, _ATTRIBUTES
     else:
         plugin.capabilityflags, plugin.needstage = SENSOR, ACCELERATION_STAGE
-    for member, function in _STUBS[name].items():
-        setattr(plugin, member, ctypes.cast(function, ctypes.c_void_p).value)
-    return library().mjp_registerPlugin(ctypes.byref(plugin))
+    return plugin
 
 
 def callbacks() -> ModuleType:
@@ -226,7 +239,7 @@ def _nsensordata(model, instance, sensor):
 
 _this_thread = threading.local()
 _forces, _magnetometer = _Code(FORCES), _Code(MAGNETOMETER)
-_STUBS = {
+STUBS = {
     FORCES: _forces.stubs(),
     MAGNETOMETER: _magnetometer.stubs() | {"nsensordata": _nsensordata},
 }

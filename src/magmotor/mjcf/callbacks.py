@@ -13,7 +13,7 @@ from typing import Any
 
 import mujoco
 
-from magmotor.mjcf import binding, error_numbers, error_raising, error_sentences, layout, memory
+from magmotor.mjcf import binding, error_numbers, error_raising, layout, memory, notice_sentences
 from magmotor.mjcf.declarations.magnetometers import check_magnetometers
 from magmotor.mjcf.declarations.marks import (
     COILS,
@@ -197,7 +197,7 @@ def _callback(checksum: int, offsets: layout.Layout):
             if error[1] >= 0:
                 warn_of_motion(error[1], error[2], model)
             if kinds & UNMARKED:
-                _notice_once(error_sentences.ASSUMED, count_dipoles(m, offsets))
+                _notice_once(notice_sentences.ASSUMED, count_dipoles(m, offsets))
         elif (
             acting == 0
             and is_read(table)
@@ -225,14 +225,14 @@ def _init(checksum: int, offsets: layout.Layout):
             return FAILED
         if data != 0:
             _keep(table, kinds, data, offsets, instance)
-        error_raising.forget(error_sentences.OF_RUNS)
+        error_raising.forget(notice_sentences.OF_RUNS)
         disabled = memory.integers(model + offsets.disableflags, 1)[0]
         if disabled & DISABLE_SPRING and disabled & DISABLE_DAMPER:
-            error_raising.notice(error_sentences.NO_PASSIVE_FORCES, 0, 0, 0)
+            error_raising.notice(notice_sentences.NO_PASSIVE_FORCES, 0, 0, 0)
         if memory.integers(model + offsets.enableflags, 1)[0] & ENABLE_SLEEP:
-            error_raising.notice(error_sentences.SLEEPING, 0, 0, 0)
+            error_raising.notice(notice_sentences.SLEEPING, 0, 0, 0)
         if kinds & UNMARKED:
-            error_raising.forget(1 << error_sentences.NOT_A_MARK)
+            error_raising.forget(1 << notice_sentences.NOT_A_MARK)
             warn_of_misnamed(m, offsets)
         reason, number = why_inert(table, m, offsets, kinds)
         if not is_read(table):
@@ -240,7 +240,7 @@ def _init(checksum: int, offsets: layout.Layout):
         if reason >= 0:
             error_raising.notice(reason, number, 0, 0)
         elif kinds & UNMARKED:
-            error_raising.notice(error_sentences.ASSUMED, count_dipoles(m, offsets), 0, 0)
+            error_raising.notice(notice_sentences.ASSUMED, count_dipoles(m, offsets), 0, 0)
         return 0
 
     return init

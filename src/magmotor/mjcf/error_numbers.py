@@ -16,8 +16,15 @@ from magmotor.numerics.deferred import subroutine
 KINDS = tuple(name.lower() for name in (*globals(),)[-26:])
 """Their names, those defined last, for `DeclarationError`."""
 
-DETAILS = 16
-"""Largest number of numbers for the sentence of an error."""
+DETAILS, KIND, FORM = 16, 2, 15
+"""Number of numbers for the sentence of an error, and the places of the type of an element, and of
+the form of the sentence."""
+
+AT_NODE, IN_GRADIENT = 2, 4
+"""Forms of an error `OUTSIDE`, which otherwise is outside a grid; 1 is added for iron."""
+
+OF_CONFIG, OF_BOTH = 1, 2
+"""Forms of an error `MARK`, which otherwise is of the text."""
 
 WORDS = 5
 """Number of words of an error."""

@@ -16,14 +16,9 @@ import mujoco
 
 from magmotor.common.exceptions import DeclarationError, InputError
 from magmotor.mjcf import error_numbers, memory
-from magmotor.mjcf.error_sentences import (
-    ASSUMED,
-    NOT_A_MARK,
-    resembles_mark,
-    sentence_of_error,
-    sentence_of_notice,
-)
+from magmotor.mjcf.error_sentences import sentence_of_error, sentence_of_notice
 from magmotor.mjcf.hooks import catches_errors, inside_errors_raised
+from magmotor.mjcf.notice_sentences import ASSUMED, NOT_A_MARK, resembles_mark
 from magmotor.numerics import c_types as types
 from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin.c_callbacks import returning
@@ -120,14 +115,12 @@ def bind() -> None:
     memory.bind_function("magmotor_form_error", _form_error)
     memory.bind_function("magmotor_form_notice", _give_notice)
     memory.bind_variable("magmotor_notices_given", _given)
-    memory.bind_variable("magmotor_acted_address", _acted_address)
-    memory.bind_variable("magmotor_given_address", _given_address)
+    memory.bind_storage("magmotor_acted_address", _acted)
+    memory.bind_storage("magmotor_given_address", _given)
 
 
 _given = ctypes.c_int64(0)
-_given_address = ctypes.c_int64(ctypes.addressof(_given))
 _acted = ctypes.c_int64(0)
-_acted_address = ctypes.c_int64(ctypes.addressof(_acted))
 _texts: dict[int, ctypes.Array] = {}
 """Last error of each thread, kept while C code reads it."""
 

@@ -1,6 +1,8 @@
 """Reports of errors, which compiled code finds, with the elements and numbers that they name."""
 
-from magmotor.mjcf import error_numbers, error_raising, error_sentences, layout, memory
+import numpy as np
+
+from magmotor.mjcf import error_numbers, error_raising, layout, memory, notice_sentences
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations.custom import (
     BODY,
@@ -15,11 +17,12 @@ from magmotor.mjcf.declarations.custom import (
     elements_of,
     numbers_of,
 )
-from magmotor.mjcf.declarations.fields import HEADER
-from magmotor.mjcf.declarations.marks import has_words_of_mark, marks_of
+from magmotor.mjcf.declarations.fields import GRADIENT
+from magmotor.mjcf.declarations.marks import has_words, has_words_of_mark, marks_of
 from magmotor.mjcf.declarations.reader import table_of
 from magmotor.mjcf.declarations.table import fields
 from magmotor.mjcf.declarations.valid_indices import invalid_index
+from magmotor.mjcf.error_numbers import FORM, KIND
 from magmotor.mjcf.forces import drives
 from magmotor.mjcf.forces.applied_fields import place_in_field
 from magmotor.mjcf.forces.brownian_wrenches import userdata_at
@@ -107,6 +110,11 @@ def _report_error(error, m, d, offsets):
     details = memory.numbers(place, 1, error_numbers.DETAILS)[0]
     if number == error_numbers.MARK:
         text, config = marks_of(m, offsets)
+        details[FORM] = error_numbers.OF_BOTH
+        if _has_other_words(text):
+            details[FORM] = 0.0
+        elif _has_other_words(config):
+            details[FORM] = error_numbers.OF_CONFIG
         error_raising.fail(number, 0, text, 0, config, place)
     elif number in (error_numbers.COIL, error_numbers.FIELD_TUPLE, error_numbers.IRON):
         _report_tuple(error, m, offsets, details, place)
@@ -117,13 +125,19 @@ def _report_error(error, m, d, offsets):
         if one == DIPOLE:
             one = SITE
             if first >= nsite:
-                one, first, details[0] = GEOM, first - nsite, 1.0
+                one, first, details[FORM] = GEOM, first - nsite, details[FORM] + 1.0
         if other == DIPOLE:
             other = SITE
             if second >= nsite:
-                other, second, details[0] = GEOM, second - nsite, details[0] + 2.0
+                other, second, details[FORM] = GEOM, second - nsite, details[FORM] + 2.0
         names = _name(model, one, first), _name(model, other, second)
         error_raising.fail(number, first, names[0], second, names[1], place)
+
+
+@subroutine
+def _has_other_words(mark):
+    """Whether the text of a mark, if it has one, is no list of words."""
+    return mark != 0 and not memory.starts_with(mark, (0,)) and not has_words(mark)
 
 
 @subroutine(forceinline=True)
@@ -135,13 +149,14 @@ def _find_details(error, m, d, offsets, details):
     elif number == error_numbers.PATH:
         details[0] = userdata_at(d, offsets, first)
     elif number == error_numbers.INDEX:
-        found = memory.details_on_stack()
-        invalid_index(m.ctypes.data, found)
-        for k in range(3):
-            details[k] = memory.words(found, 4)[1 + k]
+        place = memory.details_on_stack()
+        invalid_index(m.ctypes.data, place)
+        found = memory.words(place, 4)
+        details[0], details[1] = np.int32(found[1]), np.int32(found[2])
+        details[2], details[FORM] = found[3], first
     elif number == error_numbers.MATERIAL:
         numbers = numbers_of(first, m, offsets)
-        details[0] = len(numbers)
+        details[FORM] = min(len(numbers), 4)
         for k in range(min(len(numbers), 3)):
             details[1 + k] = numbers[k]
     elif number == error_numbers.OUTSIDE:
@@ -151,24 +166,24 @@ def _find_details(error, m, d, offsets, details):
 @subroutine
 def warn_of_motion(body, other, model):
     """Report a body that jumped, or sank into another one, and no others of this run."""
-    which, other_name = error_sentences.UNRESOLVED, 0
+    which, other_name = notice_sentences.UNRESOLVED, 0
     if other >= 0:
-        which, other_name = error_sentences.SUNKEN, _name(model, BODY, other)
+        which, other_name = notice_sentences.SUNKEN, _name(model, BODY, other)
     name = _name(model, BODY, body)
-    error_raising.notice(which, body, name, error_sentences.OF_RUNS, other, other_name)
+    error_raising.notice(which, body, name, notice_sentences.OF_RUNS, other, other_name)
 
 
 @subroutine
 def warn_of_overwritten(body, model):
     """Report a body whose `xfrc_applied` the user set, once per `magnetism` block."""
-    which = error_sentences.OVERWRITTEN
+    which = notice_sentences.OVERWRITTEN
     error_raising.notice(which, body, _name(model, BODY, body), 1 << which)
 
 
 @subroutine
 def warn_of_misnamed(m, offsets):
     """Report the first text with the words and nearly the name of a mark, once per block."""
-    which = error_sentences.NOT_A_MARK
+    which = notice_sentences.NOT_A_MARK
     for text in range(m[offsets.ntext // 8]):
         if has_words_of_mark(text, m, offsets):
             error_raising.notice(which, text, _name(m.ctypes.data, TEXT, text), 1 << which)
@@ -178,10 +193,10 @@ def warn_of_misnamed(m, offsets):
 def _report_tuple(error, m, offsets, details, place):
     """Report which element of a tuple breaks a rule; -1 stands for the tuple itself."""
     k, i, name = error[1], error[2], 0
-    details[0], details[1] = error[3], error[4]
+    details[FORM], details[0] = error[3], error[4]
     if i >= 0:
         kind, named, prm = element(i, m, offsets)
-        details[2], details[3] = kind, prm
+        details[1], details[KIND] = prm, kind
         name = _name(m.ctypes.data, kind, named)
     position = i - elements_of(k, m, offsets).start
     error_raising.fail(error[0], k, _name(m.ctypes.data, TUPLE, k), position, name, place)
@@ -189,7 +204,14 @@ def _report_tuple(error, m, offsets, details, place):
 
 @subroutine
 def _locate(dipole, numeric, m, d, offsets, details):
-    """Write where a dipole is in the frame of a table, and the first numbers of the table."""
+    """Write where a dipole is in the frame of a table, and where the table begins and ends.
+
+    It is outside, or at a node that is not finite; or the field has no table.
+    """
+    numbers = numbers_of(numeric, m, offsets)
+    if len(numbers) <= GRADIENT:
+        details[FORM] = error_numbers.IN_GRADIENT
+        return
     nsite = m[offsets.nsite // 8]
     places, i = (
         (offsets.site_xpos, dipole) if dipole < nsite else (offsets.geom_xpos, dipole - nsite)
@@ -198,7 +220,11 @@ def _locate(dipole, numeric, m, d, offsets, details):
     for row in fields(table_of(m.ctypes.data, False)):
         if row.numeric == numeric:
             place = place_in_field(row, at[0], at[1], at[2], m, d, offsets)
-            details[1], details[2], details[3] = place
-    header = numbers_of(numeric, m, offsets)
-    for k in range(HEADER):
-        details[4 + k] = header[k]
+            details[0], details[1], details[2] = place
+    inside = True
+    for k in range(3):
+        count, start, step = numbers[k], numbers[3 + k], numbers[6 + k]
+        details[3 + k], details[6 + k] = start, start + (count - 1) * step
+        inside = inside and 0.0 <= (details[k] - start) * (1.0 / step) <= count - 1
+    if inside:
+        details[FORM] = error_numbers.AT_NODE

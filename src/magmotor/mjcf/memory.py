@@ -33,9 +33,21 @@ def bind_function(name: str, function: Any) -> None:
     symbols.bind(name, ctypes.cast(function, ctypes.c_void_p).value or 0)
 
 
+VARIABLES: dict[str, ctypes.c_int64] = {}
+STORAGES: dict[str, Any] = {}
+"""The variables by symbol, and the memory whose addresses are in some of them."""
+
+
 def bind_variable(name: str, variable: ctypes.c_int64) -> None:
     """Bind a ctypes variable to the external symbol `name` of compiled code."""
+    VARIABLES[name] = variable
     symbols.bind(name, ctypes.addressof(variable))
+
+
+def bind_storage(name: str, storage: Any) -> None:
+    """Bind a variable with the address of ctypes words to the external symbol `name`."""
+    STORAGES[name] = storage
+    bind_variable(name, VARIABLES.get(name) or ctypes.c_int64(ctypes.addressof(storage)))
 
 
 def bind_compiled(name: str, function: Any) -> None:

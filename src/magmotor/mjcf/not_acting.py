@@ -17,9 +17,9 @@ from magmotor.mjcf.declared import (
     site_moments,
     with_kind,
 )
-from magmotor.mjcf.error_sentences import MARK_NAME, ONLY_NAME, resembles_mark
 from magmotor.mjcf.langevin.temperature import joined
 from magmotor.mjcf.lookup import disabled, given_name, number_of
+from magmotor.mjcf.notice_sentences import MARK_NAME, ONLY_NAME, resembles_mark
 from magmotor_plugin import slots
 
 PREFIXES = ("coupling", "field", "coil", "iron")

@@ -14,8 +14,8 @@ import numpy as np
 from magmotor.common.arguments import checked
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.declarations.marks import WORDS
-from magmotor.mjcf.error_sentences import MARK_NAME
 from magmotor.mjcf.not_acting import NUMERICS, PREFIXES
+from magmotor.mjcf.notice_sentences import MARK_NAME
 from magmotor_plugin import slots
 
 FORCES, INSTANCE = slots.FORCES.decode(), "magnets"

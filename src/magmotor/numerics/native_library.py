@@ -11,7 +11,8 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -66,15 +67,18 @@ class NativeLibrary:
     ------
     UnfitLibraryError
         The file is damaged, foreign, of another format or for another machine, or others can write
-        to it.
+        to it, or use it in this process.
     """
 
     def __init__(self, path: Path) -> None:
         self.path, self.description = path, described(path)
         try:
-            self._c = ctypes.CDLL(str(path))
+            with _registering_nothing():
+                self._c = ctypes.CDLL(str(path))
         except OSError as error:
             raise UnfitLibraryError(str(error)) from error
+        if self._c.magmotor_is_registered():
+            raise UnfitLibraryError("a program that embeds Python uses it as a plugin")
         self._c.magmotor_function.restype = ctypes.c_void_p
         self._c.magmotor_bind.argtypes = ctypes.c_char_p, ctypes.c_void_p
         self._offsets: tuple | None = None
@@ -109,6 +113,24 @@ class NativeLibrary:
             self._c.magmotor_set_offsets((ctypes.c_int64 * len(numbers))(*numbers))
             self._offsets = numbers
         return self._offsets == numbers
+
+
+@contextmanager
+def _registering_nothing() -> Iterator[None]:
+    """Let a library that is loaded in the block register no plugins with MuJoCo.
+
+    It does so only where MuJoCo's symbols are visible, as in a C program that embeds Python.
+    """
+    if not hasattr(ctypes.CDLL(None), "mjp_registerPlugin"):
+        yield
+        return
+    before = os.environ.get(SWITCH)
+    os.environ[SWITCH] = "0"
+    try:
+        yield
+    finally:
+        del os.environ[SWITCH]
+        os.environ |= {} if before is None else {SWITCH: before}
 
 
 def name_of(define: Any, by: Sequence[Any]) -> str:

@@ -18,10 +18,10 @@ from magmotor.device.engine import MujocoAdapter
 from magmotor.device.job import CHUNK, Job
 from magmotor.mjcf import model_parts
 from magmotor.mjcf.error_raising import raise_recorded, silence
-from magmotor.mjcf.error_sentences import OF_RUNS
 from magmotor.mjcf.hooks import without_stopwatch
 from magmotor.mjcf.langevin.langevin import Langevin, record_exchange
 from magmotor.mjcf.magnetism import magnetism
+from magmotor.mjcf.notice_sentences import OF_RUNS
 
 INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,

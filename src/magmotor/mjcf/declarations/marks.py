@@ -84,7 +84,13 @@ def marks_of(m, offsets):
 def has_words_of_mark(text, m, offsets):
     """Whether the words of a text are those of a mark."""
     start = memory.integers(m[offsets.text_adr // 8], m[offsets.ntext // 8])
-    return _bits_of(m[offsets.text_data // 8] + start[text]) != WRONG
+    return has_words(m[offsets.text_data // 8] + start[text])
+
+
+@subroutine
+def has_words(text):
+    """Whether a C string consists of words of a mark."""
+    return _bits_of(text) != WRONG
 
 
 @subroutine

@@ -66,11 +66,9 @@ BITS = 10
 """Tables are kept in 2^10 lists, by their hashes."""
 
 _lists = (ctypes.c_int64 * (1 << BITS))()
-_address_of_lists = ctypes.c_int64(ctypes.addressof(_lists))
 _lists_address = memory.variable("magmotor_tables_address")
 
 _last = (ctypes.c_int64 * (2 << BITS))()
-_address_of_last = ctypes.c_int64(ctypes.addressof(_last))
 _last_address = memory.variable("magmotor_last_tables_address")
 """Pairs of the last table that was found for some addresses of models, and a word that combines the
 model with this table once its indices have been checked."""
@@ -85,8 +83,6 @@ def _without_rows(kinds: int) -> Any:
 
 
 _empty, _unreadable = _without_rows(0), _without_rows(UNREADABLE)
-_address_of_empty = ctypes.c_int64(ctypes.addressof(_empty))
-_address_of_unreadable = ctypes.c_int64(ctypes.addressof(_unreadable))
 _empty_address = memory.variable("magmotor_empty_table_address")
 _unreadable_address = memory.variable("magmotor_unreadable_table_address")
 
@@ -110,10 +106,10 @@ def bind_others() -> None:
     """Bind what the reader calls, and the variable through which others will call the reader."""
     valid_indices.bind()
     memory.bind_mujoco("mju_malloc", "mju_free")
-    memory.bind_variable("magmotor_tables_address", _address_of_lists)
-    memory.bind_variable("magmotor_last_tables_address", _address_of_last)
-    memory.bind_variable("magmotor_empty_table_address", _address_of_empty)
-    memory.bind_variable("magmotor_unreadable_table_address", _address_of_unreadable)
+    memory.bind_storage("magmotor_tables_address", _lists)
+    memory.bind_storage("magmotor_last_tables_address", _last)
+    memory.bind_storage("magmotor_empty_table_address", _empty)
+    memory.bind_storage("magmotor_unreadable_table_address", _unreadable)
     memory.bind_variable("magmotor_reader_address", _address)
     all_elements.bind()
 

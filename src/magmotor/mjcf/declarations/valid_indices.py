@@ -109,36 +109,48 @@ def bind() -> None:
 def _invalid_index(checksum: int, offsets: layout.Layout):
     """Define `invalid_index` for one layout of the structs."""
 
-    def word(name):
-        """Return which word of mjModel is a field."""
-        return getattr(offsets, name) // 8 if name else -1
+    def place(name):
+        """Return the place of a field in the layout, which a library does not know yet."""
+        return layout.Layout._fields.index(name) if name else -1
 
-    indices = np.array([[*map(word, row[:4]), row[4]] for row in INDICES])
-    texts = np.array([[*map(word, row)] for row in TEXTS])
+    indices = np.array([[*map(place, row[:4]), row[4]] for row in INDICES])
+    texts = np.array([[*map(place, row)] for row in TEXTS])
     objects = np.full(max(OBJECTS) + 1, -1)
     for kind, count in OBJECTS.items():
-        objects[kind] = word(count)
-    named = np.array([[*map(word, row)] for row in NAMED])
+        objects[kind] = place(count)
+    named = np.array([[*map(place, row)] for row in NAMED])
 
-    def invalid_index(model, place):
+    def invalid_index(model, room):
         _ = checksum
-        m, found = memory.words(model, memory.UNBOUNDED), memory.words(place, 4)
+        m, found = memory.words(model, memory.UNBOUNDED), memory.words(room, 4)
         for k in range(len(indices)):
-            array, count, limit, sizes, order = indices[k]
-            if _find(m[array], m[count], m[limit], m[sizes] if sizes >= 0 else 0, order, found):
+            array = _word_at(indices[k, 0], m, offsets)
+            count = _word_at(indices[k, 1], m, offsets)
+            limit = _word_at(indices[k, 2], m, offsets)
+            sizes = _word_at(indices[k, 3], m, offsets) if indices[k, 3] >= 0 else 0
+            if _find(array, count, limit, sizes, indices[k, 4], found):
                 return k
         for k in range(len(named)):
-            array, count, types_of = named[k]
-            if _find_object(m[array], m[count], m[types_of], objects, m, found):
+            array = _word_at(named[k, 0], m, offsets)
+            count = _word_at(named[k, 1], m, offsets)
+            types_of = _word_at(named[k, 2], m, offsets)
+            if _find_object(array, count, types_of, objects, m, offsets, found):
                 return len(indices) + k
         for k in range(len(texts)):
-            length = m[texts[k, 1]]
-            if length > 0 and memory.bytes_at(m[texts[k, 0]], length)[length - 1] != 0:
+            characters = _word_at(texts[k, 0], m, offsets)
+            length = _word_at(texts[k, 1], m, offsets)
+            if length > 0 and memory.bytes_at(characters, length)[length - 1] != 0:
                 found[0] = length - 1
                 return len(indices) + len(named) + k
         return -1
 
     return invalid_index
+
+
+@subroutine(forceinline=True)
+def _word_at(place, m, offsets):
+    """Return the field of a model at a place in the layout."""
+    return m[offsets[place] // 8]
 
 
 @subroutine
@@ -164,12 +176,12 @@ def _find(array, count, limit, sizes, order, found):
 
 
 @subroutine
-def _find_object(array, count, types_of, objects, m, found):
+def _find_object(array, count, types_of, objects, m, offsets, found):
     """Whether an element that is named does not exist; write the first such one."""
     index, kind = memory.integers(array, count), memory.integers(types_of, count)
     for i in range(count):
         which = objects[kind[i]] if kind[i] < len(objects) else -1
-        if which >= 0 and np.int64(index[i]) >= m[which]:
-            found[0], found[1], found[2], found[3] = i, index[i], 1, m[which]
+        if which >= 0 and np.int64(index[i]) >= _word_at(which, m, offsets):
+            found[0], found[1], found[2], found[3] = i, index[i], 1, _word_at(which, m, offsets)
             return True
     return False

@@ -40,12 +40,11 @@ ADDRESS_BITS = 8
 _suspects = (ctypes.c_int64 * (WORDS << ADDRESS_BITS))()
 
 _suspects_address = memory.variable("magmotor_suspects_address")
-_address_of_suspects = ctypes.c_int64(ctypes.addressof(_suspects))
 
 
 def bind() -> None:
     """Bind the variable of this module to its symbol in compiled code."""
-    memory.bind_variable("magmotor_suspects_address", _address_of_suspects)
+    memory.bind_storage("magmotor_suspects_address", _suspects)
 
 
 @subroutine

@@ -1,15 +1,23 @@
 """The type of named tuples whose numbers are constants of compiled code."""
 
+import operator
 import zlib
 from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.imputils import lower_constant
-from numba.core.typing.templates import AttributeTemplate
+from numba.core.typing.templates import (
+    AbstractTemplate,
+    AttributeTemplate,
+    infer_global,
+    signature,
+)
 from numba.extending import (
     NativeValue,
     infer_getattr,
+    lower_builtin,
     lower_getattr_generic,
     models,
     register_model,
@@ -51,15 +59,37 @@ class _Number(AttributeTemplate):
 
 @lower_getattr_generic(_Constants)
 def _number(context: Any, builder: Any, constants: _Constants, _value: Any, name: str) -> Any:
+    if symbols.INDIRECT:
+        place = constants.numbers._fields.index(name)
+        return _number_at(builder, constants, ir.IntType(64)(place))
+    return context.get_constant(types.int64, getattr(constants.numbers, name))
+
+
+@infer_global(operator.getitem)  # pyright: ignore[reportOptionalCall]
+class _Item(AbstractTemplate):
+    """The number at a place that only running code knows."""
+
+    def generic(self, args: Any, kws: Any) -> Any:
+        if isinstance(args[0], _Constants) and isinstance(args[1], types.Integer):
+            return signature(types.int64, args[0], types.int64)
+        return None
+
+
+@lower_builtin(operator.getitem, _Constants, types.int64)
+def _item(_context: Any, builder: Any, kinds: Any, args: Any) -> Any:
+    return _number_at(builder, kinds.args[0], args[1])
+
+
+def _number_at(builder: Any, constants: _Constants, place: Any) -> Any:
+    kind = ir.ArrayType(ir.IntType(64), len(constants.numbers))
     if symbols.INDIRECT:  # a library learns the numbers when it is loaded
-        kind = ir.ArrayType(ir.IntType(64), len(constants.numbers))
         table = builder.module.globals.get(OFFSETS)
         if table is None:
             table = ir.GlobalVariable(builder.module, kind, OFFSETS)
             table.global_constant = True
-        place = ir.IntType(32)(constants.numbers._fields.index(name))
-        return builder.load(builder.gep(table, [ir.IntType(32)(0), place], inbounds=True))
-    return context.get_constant(types.int64, getattr(constants.numbers, name))
+    else:
+        table = cgutils.global_constant(builder, "numbers", kind([*constants.numbers]))
+    return builder.load(builder.gep(table, [ir.IntType(64)(0), place], inbounds=True))
 
 
 @lower_constant(_Constants)

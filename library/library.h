@@ -1,0 +1,33 @@
+// What the files of the C part share.
+#ifndef MAGMOTOR_LIBRARY_H_
+#define MAGMOTOR_LIBRARY_H_
+
+#include <stdint.h>
+
+#include "offsets.h"
+
+#define SHARED __attribute__((visibility("default")))
+
+#define FUNCTION(k) extern char magmotor_function_##k[];
+#include "functions.inc"
+#undef FUNCTION
+
+// Variables that the compiled code reads.
+extern void *magmotor_cell_magmotor_plugin_slot, *magmotor_cell_magmotor_magnetometer_slot;
+extern int64_t magmotor_offsets[OFFSETS];
+
+SHARED int magmotor_is_supported(void);
+
+// Return the name of a function that MuJoCo lacks, or 0.
+const char *magmotor_missing(void);
+
+// Functions that the compiled code calls, unless Python has others for it.
+void magmotor_load(int64_t number);
+void magmotor_form_error(int64_t error, int64_t number, const char *name, int64_t other,
+                         const char *other_name, const double *details, int64_t handler,
+                         int64_t user, const char **text);
+void magmotor_form_notice(int64_t which, int64_t number, const char *name, int64_t other,
+                          const char *other_name, int64_t unless, int64_t handler, int64_t user,
+                          const char **text);
+
+#endif

@@ -1,0 +1,140 @@
+// What test_c_host.py lets a program without Python do: c_host LIBRARY TASK COUNT MODEL...
+#include <dlfcn.h>
+#include <malloc.h>
+#include <mujoco/mujoco.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define END "\n\f\n"  // of an error
+
+static const char *library;
+static int count;
+static jmp_buf caught;
+
+static mjModel *loaded(const char *path) {
+  char error[1000] = "";
+  mjModel *m = mj_loadXML(path, NULL, error, sizeof error);
+  if (*error) printf(m ? "%s\n" : "%s", error);
+  if (!m) printf(END);
+  return m;
+}
+
+static mjData *started(const mjModel *m) {
+  mjData *d = mj_makeData(m);
+  if (m->nkey > 0) mj_resetDataKeyframe(m, d, 0);
+  return d;
+}
+
+static mjData *stepped(const mjModel *m) {
+  mjData *d = started(m);
+  for (int k = 0; k < count; k++) mj_step(m, d);
+  return d;
+}
+
+static void finish(mjModel *m, mjData *d) {
+  for (int k = 0; k < m->nq; k++) printf("%a ", d->qpos[k]);
+  for (int k = 0; k < m->nv; k++) printf("%a ", d->qvel[k]);
+  for (int k = 0; k < m->nsensordata; k++) printf("%a ", d->sensordata[k]);
+  printf("\n");
+  mj_deleteData(d);
+}
+
+// The state after some steps.
+static void steps(mjModel *m) { finish(m, stepped(m)); }
+
+// The same by the control callback.
+static void callback(mjModel *m) {
+  mjcb_control = (mjfGeneric)dlsym(dlopen(library, RTLD_NOW), "magmotor_callback");
+  steps(m);
+  mjcb_control = NULL;
+}
+
+// The error of a step.
+static void raise_error(const char *message) {
+  printf("%s" END, message);
+  longjmp(caught, 1);
+}
+
+static void errors(mjModel *m) {
+  mjData *volatile d = started(m);
+  mju_user_error = raise_error;
+  if (!setjmp(caught)) {
+    mj_step(m, d);
+    printf("no error" END);
+  }
+  mju_user_error = NULL;
+  mj_deleteData(d);
+}
+
+// Warnings, and the state after steps on a thread without a handler of errors.
+static void print_warning(const char *message) { printf("%s\n", message); }
+
+static void *step_alone(void *m) { return stepped(m); }
+
+static void unhandled(mjModel *m) {
+  pthread_t thread;
+  void *d;
+  mju_user_warning = print_warning;
+  pthread_create(&thread, NULL, step_alone, m);
+  pthread_join(thread, &d);
+  finish(m, d);
+}
+
+// The states of several threads, of which each second one has threads of MuJoCo.
+static void *step_in_pool(void *m) {
+  mjData *d = started(m);
+  mju_threadpool(d, 2);
+  for (int k = 0; k < count; k++) mj_step(m, d);
+  return d;
+}
+
+static void threads(mjModel *m) {
+  enum { THREADS = 4 };
+  pthread_t thread[THREADS];
+  void *d;
+  for (int k = 0; k < THREADS; k++)
+    pthread_create(&thread[k], NULL, k % 2 ? step_in_pool : step_alone, m);
+  for (int k = 0; k < THREADS; k++) {
+    pthread_join(thread[k], &d);
+    finish(m, d);
+  }
+}
+
+// How many bytes more are in use after a model has been loaded many times, and after many steps.
+static void leaks(mjModel *m) {
+  size_t before = 0;
+  for (int k = 0; k <= count; k++) {
+    if (k == 1) before = mallinfo2().uordblks;
+    mjModel *copy = mj_copyModel(NULL, m);
+    mjData *d = started(copy);
+    mj_step(copy, d);
+    mj_deleteData(d);
+    mj_deleteModel(copy);
+  }
+  mjData *d = stepped(m);
+  mj_deleteData(d);
+  printf("%lld\n", (long long)mallinfo2().uordblks - (long long)before);
+}
+
+int main(int argc, char **argv) {
+  static const struct {
+    const char *name;
+    void (*run)(mjModel *m);
+  } tasks[] = {
+      {"steps", steps},         {"callback", callback}, {"errors", errors},
+      {"unhandled", unhandled}, {"threads", threads},   {"leaks", leaks},
+  };
+  if (argc < 4) return 2;
+  library = argv[1];
+  count = atoi(argv[3]);
+  mj_loadPluginLibrary(library);
+  for (int k = 4; k < argc; k++) {
+    mjModel *m = loaded(argv[k]);
+    for (size_t t = 0; m && t < sizeof tasks / sizeof *tasks; t++)
+      if (!strcmp(tasks[t].name, argv[2])) tasks[t].run(m);
+    mj_deleteModel(m);
+  }
+}
