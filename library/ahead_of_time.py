@@ -7,6 +7,7 @@ layouts and the addresses of symbols in memory. What it has optimized is linked 
 import ctypes
 import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -115,7 +116,7 @@ def format_of(kind: Any) -> str:
 def main(level: str, folder: Path | None) -> None:
     """Compile everything, and write an object, tables for C, and the description.
 
-    Without a folder, compile only what another such process will find on the disk.
+    Another process, which gets no folder, compiles a half, which this one then finds on the disk.
     """
     made: list[Compiled] = []
     compiled = numba_cache.compiled
@@ -135,7 +136,9 @@ def main(level: str, folder: Path | None) -> None:
     if folder is None:
         beside()
         return
-    everything()
+    command = [sys.executable, "-m", "library.ahead_of_time", level]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as helper:
+        everything(helper.wait)
     made.sort(key=lambda one: one.name)
     whole, functions = link(made)
     emit(whole, folder / "functions.o")

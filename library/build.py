@@ -102,7 +102,7 @@ def made_from() -> str:
 
 
 def compile_functions(level: str, folder: Path) -> None:
-    """Compile all functions for a kind of processor into a folder, in two processes."""
+    """Compile all functions for a kind of processor into a folder."""
     environment = os.environ | {
         "MAGMOTOR_LIBRARY": "0",
         "NUMBA_CACHE_DIR": str(folder / "cache"),
@@ -111,13 +111,8 @@ def compile_functions(level: str, folder: Path) -> None:
         "PYTHONHASHSEED": "0",
     }
     environment.pop("NUMBA_DISABLE_JIT", None)
-    command = [sys.executable, "-m", "library.ahead_of_time", level]
-    options: Any = {"env": environment, "cwd": HERE.parent}
-    with subprocess.Popen(command, **options, stdout=subprocess.DEVNULL) as helper:
-        try:
-            subprocess.run([*command, str(folder)], **options, check=True)
-        finally:
-            helper.kill()
+    command = [sys.executable, "-m", "library.ahead_of_time", level, str(folder)]
+    subprocess.run(command, env=environment, cwd=HERE.parent, check=True)
 
 
 def link(level: str, folder: Path, path: Path, compiler: str) -> None:
