@@ -41,23 +41,26 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-.PHONY: help setup movie test test-quick format lint docs bench compat clean redo
+.PHONY: help setup library movie test test-quick format lint docs bench compat clean redo
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
 
 setup: .venv/dev-ready  ## the environment .venv, with tests and linters
 
+library: $(READY)  ## the library of compiled functions, if it is missing or its sources have changed
+	@$(PYTHON) -m library.build
+
 movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.png
 	@echo "== movie: simulating and rendering into out/"
 	@.venv/bin/magmotor movie top $(ARGS)
 
-test: .venv/dev-ready  ## all tests
-	@echo "== test: running pytest (the first run also compiles the kernels)"
+test: .venv/dev-ready library  ## all tests
+	@echo "== test: running pytest (the first run also compiles what the library lacks)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
 
-test-quick: .venv/dev-ready  ## tests of the library, the devices and the messages, but none of tests/slow.txt
-	@echo "== test-quick: running pytest (the first run also compiles the kernels)"
+test-quick: .venv/dev-ready library  ## tests of the library, the devices and the messages, but none of tests/slow.txt
+	@echo "== test-quick: running pytest (the first run also compiles what the library lacks)"
 	@$(PYTHON) -m pytest -n logical --maxprocesses 4 -m "not slow" tests/library tests/devices tests/messages $(ARGS)
 
 format: .venv/dev-ready  ## the code, as lint demands it
@@ -71,30 +74,32 @@ lint: .venv/dev-ready  ## ruff (rules and format), pyright, and the import layer
 	@$(PYTHON) -m pyright
 	@.venv/bin/lint-imports --no-cache --no-logo
 
-bench: .venv/dev-ready  ## the speed tables; only some with ARGS="ensemble sweeps"
+bench: .venv/dev-ready library  ## the speed tables; only some with ARGS="ensemble sweeps"
 	@$(MAKE) --no-print-directory .venv-bench/ready || \
 		echo "== bench: no .venv-bench, so other libraries are left out"
 	@echo "== bench: measuring (leave the machine idle meanwhile)"
 	@$(PYTHON) benchmarks/run.py $(ARGS)
 
 # Not --quiet, which would also hide warnings from --strict.
-docs: .venv/dev-ready  ## the documentation site, which opens from disk: out/site/
+docs: .venv/dev-ready library  ## the documentation site, which opens from disk: out/site/
 	@echo "== docs: building out/site/ with warnings as errors (running the notebook takes about a minute)"
 	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
-compat: .venv-compat/ready  ## the tests that depend on MuJoCo's version, on 3.17, the oldest for the devices
+compat: .venv-compat/ready  ## tests of what depends on MuJoCo's version, on 3.17, without the library
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
-	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_plugin.py \
+	@MAGMOTOR_LIBRARY=0 .venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_plugin.py \
 		tests/library/test_failures.py $(ARGS)
 
 clean:  ## remove environments and caches, but not out/
 	rm -rf .venv .venv-compat .venv-bench .cache .hypothesis .pytest_cache .ruff_cache build dist
+	rm -rf src/magmotor/numerics/native
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): build an
 # environment from scratch if made-for is missing or differs, otherwise update it in place. What builds
-# the package is installed once. The package's code is compiled while its extras are installed.
-COMPILE := from magmotor.mjcf.callbacks import compiled_callback; compiled_callback()
+# the package is installed once. While the rest is installed, the library is built for tests; a movie
+# needs little of it, which Numba compiles in a few seconds.
+COMPILE := import magmotor as mm; mm.simulate(mm.Top(), duration=1)
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
@@ -115,9 +120,9 @@ define install
 	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
 	pip="$(1)/bin/python -m pip install --no-compile --no-warn-conflicts"; \
 	$(if $(5),$$pip -qq editables hatchling && pip="$$pip --no-build-isolation" && \
-	$$pip -qq -e . && { $(1)/bin/python -c '$(COMPILE)' & };) \
-	{ $$pip -qq $(3) $(if $(5),&& $$pip -qq --no-deps $(5)); } || { \
-		echo "== pip failed; trying again with full output"; $$pip $(3) $(if $(5),&& $$pip --no-deps $(5)); } && wait
+	$$pip -qq -e '.[scenes]' && $$pip -qq --no-deps $(5) \
+	&& { $(1)/bin/python $(if $(findstring dev,$(3)),-m library.build,-c '$(COMPILE)' >/dev/null 2>&1) & };) \
+	$$pip -qq $(3) || { echo "== pip failed; trying again with full output"; $$pip $(3); } && wait
 	@echo '$(HERE)' > $(1)/made-for
 	@touch $@
 endef

@@ -7,6 +7,7 @@ layouts and the addresses of symbols in memory. What it has optimized is linked 
 import ctypes
 import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -77,18 +78,20 @@ class Compiled:
             return [(library._get_module_for_linking(), self._found._wrapper_name, "", "")]
         found = []
         for result in self._found.overloads.values():
+            kinds = result.signature.args
             if isinstance(result.signature.return_type, types.Array):
                 continue  # which would need Numba's memory
-            kinds = ",".join(map(kind_of, result.signature.args))
+            if any(isinstance(kind, types.Literal) for kind in kinds):
+                continue  # compiled code called it with a constant, for which alone it is right
+            arguments = ",".join(map(kind_of, kinds))
             returned = format_of(result.signature.return_type)
             module = result.library._get_module_for_linking()
-            found.append((module, result.fndesc.llvm_func_name, kinds, returned))
+            found.append((module, result.fndesc.llvm_func_name, arguments, returned))
         return found
 
 
-def kind_of(argument: Any) -> str:
+def kind_of(kind: Any) -> str:
     """Return the kind of an argument, as `magmotor.numerics.native_calls` has it."""
-    kind: Any = types.unliteral(argument)
     if isinstance(kind, types.Array):
         access = "" if kind.mutable else "r"
         return f"{np.dtype(str(kind.dtype)).char}{kind.ndim}{kind.layout}{access}"
@@ -113,7 +116,7 @@ def format_of(kind: Any) -> str:
 def main(level: str, folder: Path | None) -> None:
     """Compile everything, and write an object, tables for C, and the description.
 
-    Without a folder, compile only what another such process will find on the disk.
+    Another process, which gets no folder, compiles a half, which this one then finds on the disk.
     """
     made: list[Compiled] = []
     compiled = numba_cache.compiled
@@ -133,7 +136,9 @@ def main(level: str, folder: Path | None) -> None:
     if folder is None:
         beside()
         return
-    everything()
+    command = [sys.executable, "-m", "library.ahead_of_time", level]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as helper:
+        everything(helper.wait)
     made.sort(key=lambda one: one.name)
     whole, functions = link(made)
     emit(whole, folder / "functions.o")
@@ -202,6 +207,8 @@ def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
             whole.link_in(module)
             entries.append((number, arguments, result))
             number += 1
+        if len({arguments for _, arguments, _ in entries}) < len(entries):
+            raise ValueError(f"{function.name} has two versions for the same arguments")
         functions[function.name] = {"checksum": function.checksum, "versions": entries}
     whole.link_in(llvm.parse_assembly(calls_by_cells(whole)))
     for each in whole.functions:

@@ -4,6 +4,9 @@ Two processes share the work, and a folder for code: `everything` finds there wh
 compiled meanwhile.
 """
 
+import gc
+from collections.abc import Callable
+
 import numpy as np
 
 import magmotor as mm  # isort: skip  before MuJoCo, for which it chooses an OpenGL library
@@ -32,28 +35,50 @@ NEEDLE = """
 """A tree of one joint with a magnet."""
 
 
-def everything() -> None:
-    """Load the functions that MuJoCo and other code call, and call those that Python calls."""
-    binding._may_start_python = lambda: False  # that process would compile for this one only
+FOR_BOTH = "brownian", "clusters", "tiles"
+"""Late functions that the second process compiles."""
+
+
+def everything(wait: Callable[[], object]) -> None:
+    """Load the functions that MuJoCo and other code call, and call those that Python calls.
+
+    Before what `beside` compiles, `wait` is called.
+    """
+    _alone()
     callbacks.compiled_callback()
     for name in slots.NAMES:
         callbacks.compiled_plugin(name)
-    for function in late_functions._loaders.values():
-        function.load()
+    _load(lambda symbol: not any(name in symbol for name in FOR_BOTH))
     _observe_model()
+    wait()
+    _load(lambda _: True)
     _draw_numbers()
     _run("variational")
-    _run("mujoco")
     _sample_model()
+    _run("mujoco")
 
 
 def beside() -> None:
-    """Compile much of the same, in another order."""
-    binding._may_start_python = lambda: False
-    binding.help_compiling()
+    """Compile about half of this: first what needs nothing else, then what `everything` has."""
+    _alone()
+    _draw_numbers()
     _run("variational")
+    callbacks.compiled_callback()
+    _load(lambda symbol: any(name in symbol for name in FOR_BOTH))
     _sample_model()
     _run("mujoco")
+
+
+def _alone() -> None:
+    """Compile in this process; another one would compile for this one only."""
+    binding._may_start_python = lambda: False
+    gc.disable()  # a sixth of the time
+
+
+def _load(is_wanted: Callable[[str], bool]) -> None:
+    for function in late_functions._loaders.values():
+        if is_wanted(function._symbol):
+            function.load()
 
 
 def _observe_model() -> None:

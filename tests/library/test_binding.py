@@ -223,10 +223,9 @@ def test_it_binds_all_that_the_forces_call(monkeypatch):
     assert len(here) == 21
 
 
-def test_what_it_compiles_is_what_this_process_loads(tmp_path):
-    """The forces are in the cache here, so that it only loads them."""
-    binding.bind()
-
+def test_what_it_compiles_is_what_this_process_loads(tmp_path, monkeypatch):
+    """The first program puts the forces into the cache, so that the second only loads them."""
+    monkeypatch.setenv("MAGMOTOR_LIBRARY", "0")
     waiting, _ = os.pipe()  # else it would end
 
     def run(code, **environment):
@@ -239,6 +238,7 @@ def test_what_it_compiles_is_what_this_process_loads(tmp_path):
 
     ask = "print(all_forces._apply_forces(layout.current(), False).cache_hits)"
     imports = "from magmotor.mjcf import layout; from magmotor.mjcf.forces import all_forces"
+    run("from magmotor.mjcf import binding; binding.bind()")
     assert run(f"{binding.HELP}\n{imports}; {ask}") == "1\n"
     ask = "from magmotor.mjcf.forces import all_forces; print(all_forces.is_cached())"
     assert run(ask) == "True\n"

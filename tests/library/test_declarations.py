@@ -110,6 +110,11 @@ def table_of(model):
     return declared._table_of()(model._address, False)
 
 
+def kinds_in(table):
+    """Return the kinds in a table, whose address is given."""
+    return int(declared._words(table, of_table.STARTS).view(of_table.HEADER)["kinds"][0])
+
+
 def fresh(model):
     """Return a model with the same memory that no function has seen, by a file."""
     size = mujoco.mj_sizeModel(model)
@@ -336,13 +341,44 @@ def test_models_whose_addresses_share_a_place_have_tables_of_their_own():
     """The reader remembers the last table for 1024 places, and here are more models at once."""
     body = '<body><freejoint/><geom size="1"/>{}</body>'
     xml = "<mujoco><worldbody>{}</worldbody></mujoco>"
-    kinds = [xml.format(body.format("<site/>" * k) + body.format("")) for k in range(3)]
+    places = [("", ""), ("<site/>", ""), ("", "<site/>")]  # the last two have the same sizes
+    kinds = [xml.format(body.format(first) + body.format(second)) for first, second in places]
     specs = [mujoco.MjSpec.from_string(kind) for kind in kinds]
     models = [specs[k % 3].compile() for k in range(1500)]
     expected = [table_of(model) for model in models[:3]]
     assert len({*expected}) == 3
     for _ in range(2):
         assert [table_of(model) for model in models] == expected * 500
+
+
+def test_an_index_is_checked_for_each_model_and_each_structure():
+    """Not only where either has not been seen yet, and without being asked to."""
+    xml = '<mujoco><worldbody><site/><body><freejoint/><geom size="1"/></body></worldbody></mujoco>'
+    models = [mujoco.MjSpec.from_string(xml).compile() for _ in range(1100)]
+    expected = table_of(models[0])
+    assert {table_of(model) for model in models} == {expected}
+    for model in models[1:]:  # some share a place with one that was found last
+        model.name_bodyadr[1] = -1
+        assert table_of(models[0]) == expected
+    found = {kinds_in(table_of(model)) for model in models[1:]}
+    assert UNREADABLE in found
+    one, other = compiled(), compiled()
+    other.site_bodyid[4] = 4
+    table_of(one), table_of(other)  # both structures are known
+    one.site_bodyid[4] = 4
+    one.name_bodyadr[1] = -1
+    assert kinds_in(table_of(one)) == UNREADABLE
+
+
+def test_names_that_nothing_reads_make_no_tables():
+    """Also if they are next to others, and of equal length."""
+    xml = """
+    <mujoco>
+      <custom><text name="magmotor" data="dipoles"/></custom>
+      <worldbody><site user="1"/></worldbody>
+      <sensor><clock name="{:06d}"/></sensor>
+    </mujoco>"""
+    assert len({table_of(compiled(xml.format(k))) for k in range(20)}) == 1
 
 
 def test_threads_may_read_new_structures_at_the_same_time():
@@ -392,8 +428,11 @@ def test_the_structure_is_all_that_a_table_depends_on():
         for k in {0, len(values) - 1}:
             before = int(values[k])
             for value in (before + 1, before + (1 << 20), before ^ (1 << 30)):
+                values[k] = before
+                assert table_of(model) in seen  # else, all indices are checked
                 values[k] = value
-                table, kinds = table_of(model), int(declared.header(model).kinds)
+                table = table_of(model)
+                kinds = kinds_in(table)
                 assert table not in seen or kinds == UNREADABLE, (array, k, value)
                 unreadable += kinds == UNREADABLE
                 seen.add(table)
@@ -433,6 +472,13 @@ def test_words_of_marks_and_names_count():
         MODEL.replace("dipoles couplings fields coils iron", "all").replace(
             '<instance name="forces"/>',
             '<instance name="forces"><config key="act" value="all"/></instance>',
+        ),
+        *(
+            MODEL.replace('<text name="magmotor"', '<text name="notes"').replace(
+                '<instance name="forces"/>',
+                f'<instance name="forces"><config key="act" value="dipoles {word}"/></instance>',
+            )
+            for word in ("coils", "noise")
         ),
     ]  # fmt: skip
     tables = [table_of(compiled(xml)) for xml in variants]

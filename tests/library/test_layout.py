@@ -28,7 +28,8 @@ def test_the_library_knows_the_running_version():
 def test_the_oldest_version_that_messages_name_is_the_one_required():
     root = Path(__file__).parents[2]
     (oldest,) = re.findall(r"([\d.]+) to [\d.]+ are", layout.UNSUPPORTED)
-    requirements = tomllib.loads((root / "pyproject.toml").read_text())["project"]["dependencies"]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    requirements = project["tool"]["hatch"]["metadata"]["hooks"]["custom"]["dependencies"]
     assert f"mujoco>={oldest}" in requirements
 
 

@@ -131,7 +131,8 @@ def test_the_library_has_the_bits_of_numba():
     import magmotor as mm
     import mujoco
     path = sys.argv[1]
-    found = []
+    views = [(factor, level) for factor in (1, 3) for level in (0, 1, 5, 40)]
+    found = [mm.noise.normal(1, 2, 3, 4, *view) for view in views]
     for name in ("top_magnetic", "motor_magnetic", "disk_magnetic", "levitation"):
         model = mujoco.MjModel.from_xml_path(f"{path}/models/{name}.xml")
         data = mujoco.MjData(model)

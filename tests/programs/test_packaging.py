@@ -12,16 +12,26 @@ import zipfile
 from importlib.metadata import distribution
 from pathlib import Path
 from shutil import copy, which
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
 
+from library import wheel as build_hook
 from magmotor.commands import COMMANDS, EXTRAS, completion, main
 from magmotor.common import optional
 from magmotor.common.versions import package_checksum
+from magmotor.numerics import native_library
 
 ROOT = Path(__file__).parents[2]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = PYPROJECT["project"]
+DEPENDENCIES = [
+    *PYPROJECT["tool"]["hatch"]["metadata"]["hooks"]["custom"]["dependencies"],
+    *PROJECT["optional-dependencies"]["numba"],
+]
+"""Those of a wheel without the library of compiled functions."""
 
 NEEDLE = """
 <mujoco>
@@ -70,7 +80,7 @@ def _applies(requirement, extras):
 def core(tmp_path_factory):
     """Run Python in an environment that has no extra: links to the packages of the core alone."""
     folder = tmp_path_factory.mktemp("site-packages")
-    for name in closure([*PROJECT["dependencies"], "magmotor"]):
+    for name in closure([*DEPENDENCIES, "magmotor"]):
         found = distribution(name)
         parts = {file.parts[0] for file in found.files or () if file.parts[0] != ".."}
         for part in parts - {"__pycache__"}:
@@ -329,6 +339,59 @@ def test_the_wheel_contains_the_package_its_models_and_examples_and_nothing_else
     ]  # fmt: skip
 
 
+@pytest.fixture
+def with_library(tmp_path, monkeypatch):
+    """The build hook, in a folder where the libraries are texts, and where nothing is compiled."""
+    monkeypatch.setattr(build_hook.subprocess, "run", lambda *_, **__: None)
+    folder = tmp_path / build_hook.FOLDER
+    folder.mkdir(parents=True)
+    for level in build_hook.LEVELS["x86_64"]:
+        (folder / f"libmagmotor-{level}.so").write_text("GLIBC_2.2.5 GLIBC_2.17")
+    monkeypatch.setattr(build_hook.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(build_hook.sys, "platform", "linux")
+    return SimpleNamespace(root=str(tmp_path))
+
+
+def test_the_switch_puts_the_library_into_the_wheel_and_takes_numba_out(with_library, monkeypatch):
+    data, metadata = {"force_include": {}}, {}
+    config: Any = SimpleNamespace(config={"dependencies": ["mujoco>=3.11", "numpy>=2.1"]})
+    monkeypatch.delenv("MAGMOTOR_LIBRARY", raising=False)
+    build_hook.Library.initialize(with_library, "standard", data)
+    build_hook.Dependencies.update(config, metadata)
+    assert data == {"force_include": {}}
+    assert metadata["dependencies"] == ["mujoco>=3.11", "numba>=0.63", "numpy>=2.1"]
+    monkeypatch.setenv("MAGMOTOR_LIBRARY", "1")
+    build_hook.Library.initialize(with_library, "editable", data)
+    assert data == {"force_include": {}}
+    build_hook.Library.initialize(with_library, "standard", data)
+    build_hook.Dependencies.update(config, metadata)
+    assert {Path(name).name for name in data["force_include"]} == {
+        "libmagmotor-x86-64-v3.so", "libmagmotor-x86-64-v4.so"
+    }  # fmt: skip
+    assert (data["tag"], data["pure_python"]) == ("py3-none-manylinux_2_17_x86_64", False)
+    assert metadata["dependencies"] == ["mujoco>=3.11", "numpy>=2.1"]
+
+
+def test_a_library_that_the_tag_would_not_describe_makes_no_wheel(with_library, monkeypatch):
+    monkeypatch.setenv("MAGMOTOR_LIBRARY", "1")
+    folder = Path(with_library.root, build_hook.FOLDER)
+    (folder / "libmagmotor-x86-64-v4.so").write_text("GLIBC_2.2.5 GLIBC_2.34")
+    with pytest.raises(RuntimeError, match=r"needs glibc \(2, 34\)"):
+        build_hook.Library.initialize(with_library, "standard", {"force_include": {}})
+    monkeypatch.setattr(build_hook.platform, "machine", lambda: "m68k")
+    with pytest.raises(RuntimeError, match="there is no library for m68k"):
+        build_hook.Library.initialize(with_library, "standard", {"force_include": {}})
+
+
+def test_the_wheel_has_the_kinds_of_processors_that_python_looks_for():
+    assert {key: {*kinds} for key, kinds in build_hook.LEVELS.items()} == {
+        key: {*kinds} for key, kinds in native_library.LEVELS.items()
+    }
+    assert Path(build_hook.FOLDER) == native_library.FOLDER.relative_to(ROOT)
+    (compiler,) = PROJECT["optional-dependencies"]["numba"]
+    assert compiler == build_hook.COMPILER
+
+
 def test_the_sdist_contains_what_its_tests_need(built):
     source, _ = built
     texts = [path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py")]
@@ -344,7 +407,7 @@ def test_every_requirement_has_a_pin_that_satisfies_it():
         if line and not line.startswith("#"):
             name, _, pinned = line.partition("==")
             pins[re.sub(r"[-_.]+", "-", name).lower()] = pinned
-    groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
+    groups = [DEPENDENCIES, *PROJECT["optional-dependencies"].values()]
     for requirement in (Requirement(line) for group in groups for line in group):
         name = re.sub(r"[-_.]+", "-", requirement.name).lower()
         if name != "magmotor":

@@ -21,6 +21,7 @@ COMMANDS = {
     "check": "find what will fail in a magnetic model, and settings that work",
     "advise": "find the cheapest integrator and timestep for a given error",
     "examples": "list, show and run the example programs",
+    "library": "print the path of the library of compiled functions",
     "completion": "print a script with which bash or zsh completes commands and flags",
 }
 """Name and purpose of each command; its module has a function `main` without arguments."""

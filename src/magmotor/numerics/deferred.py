@@ -11,6 +11,7 @@ from functools import partial, update_wrapper
 from importlib import import_module
 from typing import Any, Self
 
+from magmotor.common.optional import extra
 from magmotor.numerics.c_types import Signature
 from magmotor.numerics.constants import StandIn
 
@@ -47,7 +48,8 @@ class Deferred(StandIn):
 
     def _made(self) -> Any:
         """Return the object, which one thread makes."""
-        from magmotor.numerics.compiler import inference
+        with extra("numba"):
+            from magmotor.numerics.compiler import inference
 
         with inference.LOCK:  # with another lock, the compiler, which asks for objects, could wait
             if "real" not in vars(self):

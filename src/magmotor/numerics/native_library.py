@@ -57,6 +57,12 @@ class NativeLibrary:
     ----------
     path : Path
 
+    Attributes
+    ----------
+    path : Path
+    description : dict
+        What the file says of itself.
+
     Raises
     ------
     UnfitLibraryError
@@ -65,7 +71,7 @@ class NativeLibrary:
     """
 
     def __init__(self, path: Path) -> None:
-        self.description = described(path)
+        self.path, self.description = path, described(path)
         try:
             with _registering_nothing():
                 self._c = ctypes.CDLL(str(path))

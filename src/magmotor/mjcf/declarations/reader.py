@@ -32,7 +32,7 @@ from magmotor.mjcf.declarations.marks import (
 from magmotor.mjcf.declarations.structure import (
     copy_structure,
     has_structure,
-    hash_of_sizes,
+    hash_of_structure,
     words_of_structure,
 )
 from magmotor.mjcf.declarations.table import (
@@ -63,7 +63,7 @@ _FIND = types.int64(_word, _flag)
 _CHECK = types.void(_word, _word, _word, _flag, _word)
 
 BITS = 10
-"""Tables are kept in 2^10 lists, by the sizes of models."""
+"""Tables are kept in 2^10 lists, by their hashes."""
 
 _lists = (ctypes.c_int64 * (1 << BITS))()
 _lists_address = memory.variable("magmotor_tables_address")
@@ -192,18 +192,19 @@ def _combined(model, table):
 
 
 @subroutine
-def _list_of(m, offsets):
-    """Return the address of the first one of the tables that may be that of a model."""
-    return _lists_address() + 8 * memory.spread(hash_of_sizes(m, offsets), BITS)
+def _find(m, offsets):
+    """Return the address of the table of a model, or 0 if it is new."""
+    number = hash_of_structure(m, offsets)
+    table = memory.load_shared(_list_of(number))
+    while table != 0 and not (header(table).hash == number and has_structure(m, offsets, table)):
+        table = header(table).next
+    return table
 
 
 @subroutine
-def _find(m, offsets):
-    """Return the address of the table of a model, or 0 if it is new."""
-    table = memory.load_shared(_list_of(m, offsets))
-    while table != 0 and not has_structure(m, offsets, table):
-        table = header(table).next
-    return table
+def _list_of(number):
+    """Return the address of the word with the first table of those that share a list."""
+    return _lists_address() + 8 * memory.spread(number, BITS)
 
 
 @subroutine
@@ -234,11 +235,13 @@ def _read(m, offsets):
 @subroutine
 def _kept(words, m, offsets):
     """Return the address of a copy of a table that other threads find."""
-    sizes, pairs = words_of_structure(m, offsets)
-    table, first = _allocate(8 * (len(words) + sizes + 2 * pairs)), _list_of(m, offsets)
+    others, room = words_of_structure(m, offsets)
+    table = _allocate(8 * (len(words) + room))
     copy(memory.words(table, len(words)), words)
-    header(table).structure, header(table).pairs = len(words), pairs
+    header(table).structure, header(table).words = len(words), others
+    header(table).hash = hash_of_structure(m, offsets)
     copy_structure(m, offsets, table)
+    first = _list_of(header(table).hash)
     # Should another thread do the same now, one of the tables is not found again.
     header(table).next = memory.load_shared(first)
     # Last, so that other threads see a complete table or none.

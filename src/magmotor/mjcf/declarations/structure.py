@@ -5,9 +5,10 @@ tuples. A table is followed by a copy of them, with which each step compares the
 table is right for what is in memory now, whatever a program has assigned, and whichever model was
 at the same address before.
 
-The copy consists of all sizes, and of pairs: a word's place, and the word. Places are relative to
-an array of the model, since MuJoCo keeps all arrays in one block, ordered by the sizes. Pairs need
-no loop for each array, and most arrays of small models have one or two words.
+The copy consists of all sizes, and of the words that contain the arrays: the place of each, its
+value, and a mask of what belongs to the array. Places are relative to an array of the model, since
+MuJoCo keeps all arrays in one block, ordered by the sizes. Words need no loop for each array, and
+most arrays of small models have one or two.
 """
 
 import numpy as np
@@ -16,55 +17,64 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.table import columns, header
 from magmotor.numerics.deferred import subroutine
 
-PAIR = columns("place word")
-"""A word of the structure: its address, relative to `body_weldid`, and its value."""
+WORD = columns("place value mask")
+"""A word of the structure: its address, relative to `body_weldid`, its value, and which of its bits
+count."""
+
+_WIDTH = len(WORD)
 
 
 @subroutine(forceinline=True)
 def has_structure(m, offsets, table):
     """Whether a model, whose words are given, has the structure of a table."""
-    sizes, pairs = _copy(table, offsets)
+    sizes, words = _copy(table, offsets)
     different = np.int64(0)
     for k in range(len(sizes)):
         different |= sizes[k] ^ m[k]
     if different != 0:  # then the places are not those of this model
         return False
     start = m[offsets.body_weldid // 8]
-    for k in range(len(pairs)):
-        different |= pairs[k].word ^ memory.words(start + pairs[k].place, 1)[0]
+    for k in range(len(words)):
+        value = memory.words(start + words[k].place, 1)[0]
+        different |= (words[k].value ^ value) & words[k].mask
     return different == 0
 
 
 @subroutine
 def copy_structure(m, offsets, table):
     """Write the structure of a model to the end of its table, where `words_of_structure` fit."""
-    sizes, pairs = _copy(table, offsets)
+    sizes, words = _copy(table, offsets)
     for k in range(len(sizes)):
         sizes[k] = m[k]
-    arrays, start, pair = _arrays(m, offsets), m[offsets.body_weldid // 8], 0
+    arrays, start, row = _arrays(m, offsets), m[offsets.body_weldid // 8], 0
     for k in range(len(arrays)):
-        first = arrays[k][0] // 8 * 8
         for number in range(_words_in(arrays[k])):
-            place = first + 8 * number
-            pairs[pair].place, pairs[pair].word = place - start, memory.words(place, 1)[0]
-            pair += 1
+            place, mask = _word(arrays[k], number)
+            words[row].place, words[row].mask = place - start, mask
+            words[row].value = memory.words(place, 1)[0]
+            row += 1
 
 
 @subroutine
 def words_of_structure(m, offsets):
-    """Return the number of words of the sizes, and that of pairs."""
-    arrays, pairs = _arrays(m, offsets), 0
+    """Return how many words there are besides sizes, and how many a copy of all needs."""
+    arrays, count = _arrays(m, offsets), 0
     for k in range(len(arrays)):
-        pairs += _words_in(arrays[k])
-    return offsets.nbuffer // 8 + 1, pairs
+        count += _words_in(arrays[k])
+    return count, offsets.nbuffer // 8 + 1 + _WIDTH * count
 
 
 @subroutine
-def hash_of_sizes(m, offsets):
+def hash_of_structure(m, offsets):
     """Return a number that differs for most structures: 64 bits."""
     total = np.uint64(0)
     for k in range(offsets.nbuffer // 8 + 1):
         total = (total + np.uint64(m[k])) * memory.MULTIPLIER
+    arrays = _arrays(m, offsets)
+    for k in range(len(arrays)):
+        for number in range(_words_in(arrays[k])):
+            place, mask = _word(arrays[k], number)
+            total = (total + np.uint64(memory.words(place, 1)[0] & mask)) * memory.MULTIPLIER
     return np.int64(total)
 
 
@@ -74,18 +84,29 @@ def _copy(table, offsets):
     place, sizes = table + 8 * header(table).structure, offsets.nbuffer // 8 + 1
     return (
         memory.words(place, sizes),
-        memory.records(place + 8 * sizes, header(table).pairs, PAIR),
+        memory.records(place + 8 * sizes, header(table).words, WORD),
     )
 
 
 @subroutine
 def _words_in(array):
-    """Return how many aligned words contain an array, of which the address and bytes are given.
-
-    The next array starts at another word, and what is between them does not change.
-    """
+    """Return how many aligned words contain an array, of which the address and bytes are given."""
     address, size = array
     return (address + size + 7) // 8 - address // 8 if size > 0 else 0
+
+
+@subroutine
+def _word(array, number):
+    """Return the address of one of these words, and a mask of the array's bytes.
+
+    Other bytes may be names that nobody reads, or what is between two arrays, which may change when
+    a model is copied onto another one.
+    """
+    address, size = array
+    place = (address // 8 + number) * 8
+    first, end = max(address - place, 0), min(address + size - place, 8)
+    mask = np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - 8 * (end - first))
+    return place, np.int64(mask << np.uint64(8 * first))
 
 
 @subroutine

@@ -50,11 +50,11 @@ SECTIONS = COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, MAGNETOMETER
 """The sections and their records. There are sites only if there are coils."""
 
 HEADER = columns(
-    "structure pairs next kinds error first second rule other instance tolerance constant"
+    "structure words hash next kinds error first second rule other instance tolerance constant"
 )
-"""The header: the word with which the copy of the structure begins, and its number of pairs (see
-`structure.py`); the address of another table, or 0; the bits of the mark, or `WRONG` or
-`UNREADABLE`; the words of an error (see `magmotor.mjcf.error_numbers`); the
+"""The header: the word with which the copy of the structure begins, how many words it has besides
+sizes, and its hash (see `structure.py`); the address of another table, or 0; the bits of the mark,
+or `WRONG` or `UNREADABLE`; the words of an error (see `magmotor.mjcf.error_numbers`); the
 first instance of the plugin, and the numerics of the tolerance and of the magnetic constant. The
 first words of the sections follow, and that of what is after the last one."""
 
