@@ -145,7 +145,6 @@ def main(level: str, folder: Path | None) -> None:
     by_address = {one.address: functions[one.name]["versions"][0][0] for one in made if one.address}
     for name, text in c_tables(whole, functions, by_address, bound.initial).items():
         (folder / name).write_text(text, encoding="utf-8")
-    (folder / "offsets.h").write_text(f"#define OFFSETS {len(offsets)}\n")
     description = {
         "format": FORMAT,
         "level": level,
@@ -179,6 +178,7 @@ def c_tables(
         "plugins.inc": tables.plugins(by_address),
         "versions.inc": tables.versions(),
         "sentences.inc": tables.sentences(),
+        "numbers.h": tables.numbers(),
     }
 
 

@@ -26,8 +26,8 @@ void NRT_MemInfo_call_dtor(Array *array) {
 }
 
 int numba_attempt_nocopy_reshape(int64_t axes, const int64_t *extents, const int64_t *strides,
-                                 int64_t new_axes, const int64_t *new_extents,
-                                 int64_t *new_strides, int64_t size, int columns_first) {
+                                 int64_t new_axes, const int64_t *new_extents, int64_t *new_strides,
+                                 int64_t size, int columns_first) {
   int64_t stride = size;
   for (int64_t k = axes - 1; k >= 0; stride *= extents[k--])
     if (columns_first || strides[k] != stride) return 0;
@@ -37,7 +37,7 @@ int numba_attempt_nocopy_reshape(int64_t axes, const int64_t *extents, const int
 }
 
 // ---- Other names of Numba and Python, for errors of Python, which the code does not raise
-#define NEVER(name)     \
-  void name(void);      \
+#define NEVER(name) \
+  void name(void);  \
   void name(void) { abort(); }
 #include "never.inc"

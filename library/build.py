@@ -21,6 +21,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from library import tables
 from magmotor.numerics.dependencies import checksum_of
 from magmotor.numerics.native_library import (
     FOLDER,
@@ -95,10 +96,11 @@ def definition(name: str) -> Any:
 
 
 def made_from() -> str:
-    """Return a text that changes with the files in this folder, and with the compiler."""
-    files = sorted(path for path in HERE.iterdir() if path.suffix in (".py", ".c", ".json"))
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
-    return f"numba {version('numba')}, llvmlite {version('llvmlite')}, {digest}"
+    """Return a text that changes with the files in this folder, sentences, and the compiler."""
+    files = sorted(path for path in HERE.iterdir() if path.suffix in (".py", ".c", ".h", ".json"))
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in files))
+    digest.update(tables.sentences().encode())
+    return f"numba {version('numba')}, llvmlite {version('llvmlite')}, {digest.hexdigest()}"
 
 
 def compile_functions(level: str, folder: Path) -> None:

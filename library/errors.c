@@ -11,12 +11,6 @@ void mju_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 extern void *magmotor_cell_magmotor_notices_given;
 
-#define NAMED(name, number)
-#define MARK(name) static const char mark[] = name;
-#define ERROR(which, form, sentence)
-#define NOTICE(which, form, sentence)
-#include "sentences.inc"
-
 // Return a sentence as the format that MuJoCo takes it for; it is valid until the next one.
 static const char *kept(const char *sentence) {
   static _Thread_local char format[2 * ROOM];
@@ -33,8 +27,7 @@ void magmotor_form_error(int64_t error, int64_t number, const char *name, int64_
                          const char *other_name, const double *details, int64_t handler,
                          int64_t user, const char **text) {
   char sentence[ROOM];
-  magmotor_form_sentence(sentence, 1, error,
-                         &(Subject){number, name, other, other_name, details});
+  magmotor_form_sentence(sentence, 1, error, &(Subject){number, name, other, other_name, details});
   if (handler || user)
     *text = kept(sentence);
   else
@@ -44,7 +37,7 @@ void magmotor_form_error(int64_t error, int64_t number, const char *name, int64_
 // Python also knows names that merely resemble that of a mark.
 static int contains_mark(const char *name) {
   for (; *name; name++)
-    if (!strncasecmp(name, mark, sizeof mark - 1)) return 1;
+    if (!strncasecmp(name, MARK_NAME, sizeof MARK_NAME - 1)) return 1;
   return 0;
 }
 

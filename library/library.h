@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "offsets.h"
+#include "numbers.h"
 
 #define SHARED __attribute__((visibility("default")))
 

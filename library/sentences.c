@@ -15,8 +15,6 @@ static const struct {
   int64_t which, form;
   const char *sentence;
 } rows[] = {
-#define NAMED(name, number)
-#define MARK(name)
 #define ERROR(which, form, sentence) {1, which, form, sentence},
 #define NOTICE(which, form, sentence) {0, which, form, sentence},
 #include "sentences.inc"
@@ -37,7 +35,8 @@ static void put(Text *text, const char *format, ...) {
 // ---- Names, which are UTF-8 or else Latin-1
 // Return the number of bytes of a character in UTF-8, or 0 if it is none.
 static int bytes_of(const unsigned char *at) {
-  int count = *at < 0x80 ? 1 : *at < 0xc2 ? 0 : *at < 0xe0 ? 2 : *at < 0xf0 ? 3 : *at < 0xf5 ? 4 : 0;
+  int count = 1 + (*at >= 0xc2) + (*at >= 0xe0) + (*at >= 0xf0);
+  if ((*at >= 0x80 && *at < 0xc2) || *at > 0xf4) return 0;
   for (int k = 1; k < count; k++)
     if ((at[k] & 0xc0) != 0x80) return 0;
   if ((*at == 0xe0 && at[1] < 0xa0) || (*at == 0xed && at[1] > 0x9f)) return 0;

@@ -5,17 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define NAMED(name, number) name = number,
-#define MARK(name)
-#define ERROR(which, form, sentence)
-#define NOTICE(which, form, sentence)
-enum {
-#include "sentences.inc"
-};
-#undef NAMED
-#undef MARK
-#undef ERROR
-#undef NOTICE
+#include "numbers.h"
 
 // Room for the longest sentence, whose names are short.
 enum { ROOM = 4096 };

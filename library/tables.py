@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from library import layouts
-from magmotor.mjcf import callbacks, memory
+from magmotor.mjcf import callbacks, layout, memory
 from magmotor.mjcf.error_numbers import FORM, KIND
 from magmotor.mjcf.error_sentences import ERRORS, LONGEST
 from magmotor.mjcf.notice_sentences import ASSUMED, ELSE, MARK_NAME, NOT_A_MARK, NOTICES
@@ -91,20 +91,24 @@ def plugins(numbers: dict[int, int]) -> str:
     return "".join([*lines, f"#define CALLBACK {FUNCTION}{callback}\n"])
 
 
-def sentences() -> str:
-    """Return the sentences of errors and notices by number and form, and what C must know."""
+def numbers() -> str:
+    """Return the numbers in a header of C, of the layout and of what forms sentences."""
     named = {
-        "ELSE": ELSE, "ASSUMED": ASSUMED, "NOT_A_MARK": NOT_A_MARK, "FORM": FORM, "KIND": KIND,
-        "LONGEST": LONGEST,
+        "OFFSETS": len(layout.Layout._fields), "ELSE": ELSE, "ASSUMED": ASSUMED,
+        "NOT_A_MARK": NOT_A_MARK, "FORM": FORM, "KIND": KIND, "LONGEST": LONGEST,
     }  # fmt: skip
-    lines = [f"NAMED({name}, {number})\n" for name, number in named.items()]
-    lines += [
+    lines = [f"#define {name} {number}\n" for name, number in named.items()]
+    return "".join([*lines, f"#define MARK_NAME {json.dumps(MARK_NAME)}\n"])
+
+
+def sentences() -> str:
+    """Return the sentences of errors and notices by their numbers and forms."""
+    return "".join(
         f"{table}({number}, {form}, {json.dumps(sentence)})\n"
         for table, rows in (("ERROR", ERRORS), ("NOTICE", NOTICES))
         for number, forms in rows.items()
         for form, sentence in forms.items()
-    ]
-    return "".join([*lines, f"MARK({json.dumps(MARK_NAME)})\n"])
+    )
 
 
 def versions() -> str:

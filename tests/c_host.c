@@ -149,10 +149,8 @@ int main(int argc, char **argv) {
     const char *name;
     void (*run)(mjModel *m);
   } tasks[] = {
-      {"steps", steps},         {"callback", callback}, {"errors", errors},
-      {"unhandled", unhandled}, {"threads", threads},   {"leaks", leaks},
-      {"indices", indices},
-      {"plugins", plugins},
+      {"steps", steps},     {"callback", callback}, {"errors", errors},   {"unhandled", unhandled},
+      {"threads", threads}, {"leaks", leaks},       {"indices", indices}, {"plugins", plugins},
   };
   if (argc < 4) return 2;
   library = argv[1];
