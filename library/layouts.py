@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+import magmotor  # noqa: F401  # isort: skip  before MuJoCo, for which it chooses an OpenGL library
 import mujoco
 
 from magmotor.mjcf import layout

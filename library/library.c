@@ -71,6 +71,7 @@ SHARED void *magmotor_function(int number) { return functions[number]; }
 
 SHARED int magmotor_is_supported(void) {
 #if defined(__x86_64__)
+  __builtin_cpu_init();
   if (LEVEL >= 4 && !__builtin_cpu_supports("x86-64-v4")) return 0;
   if (!__builtin_cpu_supports("x86-64-v3")) return 0;
 #endif

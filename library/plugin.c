@@ -101,7 +101,8 @@ __attribute__((constructor)) static void register_plugins(void) {
   registered = 1;
 }
 
-// The control callback for models without the plugin: mjcb_control = magmotor_callback.
+// The control callback for models without the plugin: mjcb_control = magmotor_callback. It does
+// nothing where nothing is registered.
 SHARED void magmotor_callback(const void *model, void *data) {
-  ((void (*)(const void *, void *))CALLBACK)(model, data);
+  if (registered) ((void (*)(const void *, void *))CALLBACK)(model, data);
 }

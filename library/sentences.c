@@ -81,12 +81,13 @@ static void put_name(Text *text, const char *name) {
 
 // ---- Fields
 static void put_number(Text *text, double number, const char *format, int length) {
-  char printf_format[16];
+  char printf_format[16], *start = text->at;
   snprintf(printf_format, sizeof printf_format, "%%%.*s", length, format);
   if (isnan(number))
     put(text, "nan");
   else
     put(text, printf_format, number);
+  if ((start = strchr(start, ','))) *start = '.';  // in some languages
 }
 
 static void put_field(Text *text, const char *field, const Subject *of) {
