@@ -364,7 +364,7 @@ def test_an_index_is_checked_for_each_model_and_each_structure():
     assert UNREADABLE in found
     one, other = compiled(), compiled()
     other.site_bodyid[4] = 4
-    table_of(one), table_of(other)  # both structures are known
+    assert table_of(one) != table_of(other)  # both structures are known
     one.site_bodyid[4] = 4
     one.name_bodyadr[1] = -1
     assert kinds_in(table_of(one)) == UNREADABLE

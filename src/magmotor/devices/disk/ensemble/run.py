@@ -131,7 +131,7 @@ class EnsembleRun:
         when: Plan,
         first: DiskStates,
         path: str | Path | None,
-        advance: Callable[..., None],
+        advance: Any,
         coefficients: Any = None,
         lanes: int = LANES,
     ):
