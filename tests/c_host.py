@@ -41,10 +41,14 @@ def program() -> Path:
     return path
 
 
+def library_path() -> Path:
+    """Return the file of the library."""
+    return native_library.FOLDER / f"libmagmotor-{LIBRARY.description['level']}.so"
+
+
 def run(task: str, count: int, models: list[Path], **environment: str) -> Any:
     """Let the program do a task of `c_host.c` with models."""
-    library = native_library.FOLDER / f"libmagmotor-{LIBRARY.description['level']}.so"
-    command = [program(), library, task, str(count), *models]
+    command = [program(), library_path(), task, str(count), *models]
     outside = {k: v for k, v in os.environ.items() if k != native_library.SWITCH}
     return subprocess.run(
         command, env=outside | environment, cwd=_folder.name, capture_output=True, text=True,

@@ -2,16 +2,31 @@
 
 import ctypes
 import math
+import os
 import subprocess
+import sys
 
 import mujoco
+import numpy as np
 import pytest
-from c_host import CC, LEVITATION, NEEDED, ROOT, TOP, numbers, run, state_after, written
+from c_host import (
+    CC,
+    LEVITATION,
+    NEEDED,
+    ROOT,
+    TOP,
+    library_path,
+    numbers,
+    run,
+    state_after,
+    written,
+)
 from messages import declarations
 
 import magmotor as mm
 from library import layouts
 from library.exercise import NEEDLE
+from magmotor.numerics.native_library import SWITCH
 from magmotor_plugin import slots
 from magmotor_plugin.library import library as mujoco_library
 
@@ -107,6 +122,34 @@ def test_the_variable_that_turns_the_library_off_does_so():
     assert done.stderr == ""
 
 
-def test_python_takes_plugins_that_a_program_in_c_has_registered():
-    """MuJoCo ends the process if a plugin is registered twice."""
-    assert [slots.slot.__wrapped__(name) for name in slots.NAMES] == [*map(slots.slot, slots.NAMES)]
+EMBEDDED = """
+import ctypes, os, sys
+c = ctypes.CDLL(sys.argv[1], ctypes.RTLD_GLOBAL)  # as in a program that is linked with MuJoCo
+if {first}:
+    c.mj_loadPluginLibrary(sys.argv[2].encode())
+from magmotor.numerics import native_library
+library = native_library.library()
+print(c.mjp_pluginCount(), library and library._c.magmotor_is_registered())
+import magmotor, mujoco
+model = mujoco.MjModel.from_xml_path(sys.argv[3])
+data = mujoco.MjData(model)
+mujoco.mj_step(model, data, nstep=10)
+print(data.qvel.tobytes().hex())
+assert os.environ.get("MAGMOTOR_LIBRARY") is None
+"""
+
+
+@pytest.mark.parametrize("first", [False, True])
+def test_a_program_in_c_may_embed_python(first):
+    """Python registers its plugins, or takes those that the program has registered before."""
+    command = [sys.executable, "-c", EMBEDDED.format(first=first), mujoco_library()._name]
+    outside = {name: value for name, value in os.environ.items() if name != SWITCH}
+    done = subprocess.run(
+        [*command, library_path(), TOP], env=outside, capture_output=True, text=True, check=True
+    )
+    registered, state = done.stdout.splitlines()
+    # Another library may be there, for older processors.
+    assert registered in (("2 None", "2 0") if first else ("0 0",))
+    assert ("a program that embeds Python uses it" in done.stderr) == first
+    model = mujoco.MjModel.from_xml_path(str(TOP))
+    assert state == np.array(state_after(model, 10)[model.nq :]).tobytes().hex()
