@@ -29,7 +29,16 @@ MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 
 PROGRAMS = [
     path.relative_to(ROOT).as_posix()
-    for folder in ("src", "paper", "scripts", "examples", "benchmarks", "tests", "trials")
+    for folder in (
+        "src",
+        "paper",
+        "scripts",
+        "examples",
+        "benchmarks",
+        "library",
+        "tests",
+        "trials",
+    )
     for path in (ROOT / folder).rglob("*.py")
 ]
 
