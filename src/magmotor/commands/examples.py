@@ -61,7 +61,9 @@ def copy(name: str = "") -> None:
     folder = Path(name)
     if not name or folder.exists():
         raise ArgumentError("folder", name, "must be the path of a new folder")
-    shutil.copytree(data_folder("examples"), folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        data_folder("examples"), folder, ignore=shutil.ignore_patterns("__pycache__", "c")
+    )
     print(f"copied the examples to {folder}")
 
 
