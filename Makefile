@@ -129,7 +129,7 @@ endef
 
 # dm-control is installed without labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
 .venv/ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e '.[all]',once: 1.3 GB and about a minute,dm-control)
+	$(call install,.venv,,-e '.[movies]',once: 1 GB and half a minute,dm-control)
 
 .venv/dev-ready: pyproject.toml constraints.txt $(REDO)
 	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes,dm-control)
