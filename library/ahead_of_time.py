@@ -197,6 +197,8 @@ def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
             entry.linkage = "external"
             if result or arguments:
                 kinds = [str(argument.type) for argument in entry.arguments]
+                if len(kinds) - 2 != words_of(arguments):
+                    raise ValueError(f"{function.name} has other words than ({arguments})")
                 module.link_in(llvm.parse_assembly(by_words(symbol, inner, kinds)))
                 module.get_function(inner).linkage = "internal"
             else:
@@ -218,6 +220,13 @@ def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
         if variable.name.startswith(CELL) or variable.name == OFFSETS:
             variable.visibility = "hidden"
     return whole, functions
+
+
+def words_of(arguments: str) -> int:
+    """Return the number of words that Python passes for arguments of these kinds."""
+    kinds = filter(None, re.split(r"[(),]", arguments))
+    arrays = (re.fullmatch(r"[a-zA-Z?](\d+)[CFA]r?", kind) for kind in kinds)
+    return sum(5 + 2 * int(array[1]) if array else 1 for array in arrays)
 
 
 def by_words(symbol: str, function: str, kinds: list[str]) -> str:

@@ -138,7 +138,21 @@ def test_the_library_has_the_bits_of_numba():
         data = mujoco.MjData(model)
         mujoco.mj_step(model, data, nstep=200)
         found += [data.qpos, data.qvel, mm.magnetic_energy(model, data)]
-    for scene in (mm.Top(), mm.Motor()):
+    body = '<body pos="{} {} 0"><freejoint/><geom size="0.01"/><site user="0.1"/></body>'
+    bodies = "".join(body.format(0.1 * (k % 20), 0.1 * (k // 20)) for k in range(400))
+    for tolerance in ("0", "0.03"):
+        numeric = f'<numeric name="magnetic_tolerance" data="{tolerance}"/>'
+        custom = f'<custom><text name="magmotor" data="dipoles"/>{numeric}</custom>'
+        plugin = '<extension><plugin plugin="magmotor.forces"><instance name="m"/></plugin></extension>'
+        world = f'<mujoco>{plugin}<size memory="200M"/><option><flag contact="disable"/></option>'
+        many = mujoco.MjModel.from_xml_string(
+            f"{world}{custom}<worldbody>{bodies}</worldbody></mujoco>"
+        )
+        data = mujoco.MjData(many)
+        mujoco.mj_step(many, data, nstep=2)
+        found += [data.qvel]
+    found += [mm.noise.BrownianPath(timestep=1e-3, seed=1).increments(9)]
+    for scene in (mm.Top(), mm.Motor(), mm.Motor(drag=1e-3, rotational_drag=1e-6)):
         for method in mm.methods(scene):
             run = mm.simulate(scene, method=method, timestep=1e-3, duration=0.05)
             found += [run[name].values for name in run]
@@ -173,13 +187,43 @@ def _run(program: str, *arguments: str, **environment: str) -> subprocess.Comple
         1, -(2**63), 2**63, True, 1.5, np.bool_(True), np.int32(3), np.int64(4), np.uint64(2**63),
         np.float64(2.5), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3), order="F"),
         np.zeros((4, 4))[::2, ::2], np.zeros((2, 0)), np.zeros(3, int), np.zeros((2, 3, 4)),
-        np.broadcast_to(0.0, (2, 2)), (), (1, 2.0), (np.zeros(2), (True, 3)),
+        np.broadcast_to(0.0, (2, 2)), (), (1, 2.0), (np.zeros(2), (True, 3)), None, (None, 2.0),
+        np.longlong(5),
     ],
     ids=repr,
 )  # fmt: skip
 def test_arguments_are_named_as_their_types_are_when_the_library_is_built(value):
     """Otherwise, code for other types would run."""
     assert _packed(value)[0] == kind_of(typeof(value))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.zeros(3, ">f8"), np.frombuffer(bytes(25), np.uint8)[1:].view(float), np.float32(1), "d",
+        type("q", (int,), {})(5), [1.0],
+    ],
+    ids=repr,
+)  # fmt: skip
+def test_what_no_version_takes_has_a_kind_of_its_own(value):
+    """Numba then decides; such arrays would be read as others, and a type named q as a word."""
+    assert _packed(value) == ("of another type", b"")
+
+
+def test_errors_are_those_of_numba():
+    with pytest.raises(ZeroDivisionError):
+        mm.noise.normal(1, 2, 3, 4, 0, 0)
+    with pytest.raises(OverflowError):
+        mm.noise.normal(2**64, 2, 3, 4, 1, 0)
+
+
+def test_a_constant_that_changes_before_the_first_use_does_not_spoil_the_cache(tmp_path):
+    """Numba's code is kept under a checksum of what it was compiled from."""
+    program = "import magmotor as mm; {}print(mm.noise.normal(1, 2, 3, 4, 1, 1))"
+    settings = {"NUMBA_CACHE_DIR": str(tmp_path), "MAGMOTOR_LIBRARY": "0"}
+    changed = _run(program.format("mm.noise.HELD = 1; "), **settings).stdout
+    assert float(changed) != mm.noise.normal(1, 2, 3, 4, 1, 1)
+    assert float(_run(program.format(""), **settings).stdout) == mm.noise.normal(1, 2, 3, 4, 1, 1)
 
 
 def test_words_of_arguments_are_those_that_numba_passes():

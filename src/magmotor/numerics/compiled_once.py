@@ -46,7 +46,7 @@ def compiled_once(signature: Signature | None = None, **options: Any) -> Callabl
             if text and (in_library := native_library.versions(define, by)):
                 return CFunction(in_library[0].address)
             found = defined(*by)
-            function = CompiledFunction(partial(_compiled, found, text, options), found)
+            function = CompiledFunction(partial(_compiled, define, by, text, options), found)
             return function.real if text else function
 
         def is_cached(*by: Any) -> bool:
@@ -100,7 +100,8 @@ class CompiledFunction(Deferred):
             self.real.compile(tuple(map(typeof, args)))
 
 
-def _compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:
+def _compiled(define: Callable, by: tuple, signature: str, options: dict[str, Any]) -> Any:
     from magmotor.numerics import numba_cache
 
-    return numba_cache.compiled(defined, signature, options)
+    # With the checksum of now: a constant may have changed since a module has asked.
+    return numba_cache.compiled(dependencies.defined(define, by), signature, options)

@@ -23,7 +23,9 @@ _SCALARS: dict[type, tuple[str, struct.Struct]] = {
     np.bool_: ("?", _SIGNED),
     np.int32: ("i", _SIGNED),
     np.int64: ("q", _SIGNED),
+    np.longlong: ("q", _SIGNED),
     np.uint64: ("Q", _UNSIGNED),
+    np.ulonglong: ("Q", _UNSIGNED),
     np.float64: ("d", _FLOAT),
 }
 """The letters of types, which are those of `struct`, and how their numbers are packed."""
@@ -51,7 +53,7 @@ class NativeFunction:
     def call_with(self, arguments: tuple) -> Callable[[], Any] | None:
         """Return what calls the version for some arguments, or None if there is none.
 
-        The call releases the GIL, and returns the result; it raises ArithmeticError if the code
+        The call releases the GIL, and returns the result; it raises ZeroDivisionError if the code
         divided by zero where that is an error.
         """
         if not self._versions:
@@ -65,7 +67,8 @@ class NativeFunction:
         found = self._versions.get(",".join([kind for _, kind, _ in packed]))
         if found is None:
             return None
-        # Tuples of arrays are the same in many calls; an array may be large, and is not kept.
+        # Tuples of arrays are the same in many calls, and their arrays are never resized; a single
+        # array may be large, and is not kept.
         self._last = tuple([p if isinstance(p[0], tuple) else _NOTHING for p in packed])
         return partial(_call, *found, b"".join([words for _, _, words in packed]))
 
@@ -73,7 +76,7 @@ class NativeFunction:
 def _call(function: Any, result: struct.Struct, words: bytes) -> Any:
     room = ctypes.create_string_buffer(max(result.size, 8))
     if function(words, room) != 0:
-        raise ArithmeticError("compiled code divided by zero")
+        raise ZeroDivisionError("compiled code divided by zero")
     found = result.unpack_from(room)
     return found[0] if len(found) == 1 else (found or None)
 
@@ -85,8 +88,10 @@ def _packed(value: Any) -> tuple[str, bytes]:
         letter, words = scalar
         if letter == "q" and value >= 1 << 63:
             letter, words = "Q", _UNSIGNED
+        if letter in "qQ" and not -(1 << 63) <= value < 1 << 64:
+            raise OverflowError(f"{value} has more than 64 bits")
         return letter, words.pack(int(value) if letter == "?" else value)
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and value.flags.aligned and value.dtype.isnative:
         flags = value.flags
         layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
         access = "" if flags.writeable else "r"
@@ -96,4 +101,4 @@ def _packed(value: Any) -> tuple[str, bytes]:
     if isinstance(value, tuple):
         parts = [_packed(part) for part in value]
         return f"({','.join([kind for kind, _ in parts])})", b"".join([words for _, words in parts])
-    return type(value).__name__, b""
+    return ("NoneType", bytes(8)) if value is None else ("of another type", b"")

@@ -32,5 +32,5 @@ def bind(symbol: str, address: int) -> None:
 def bind_in(library: Binds) -> None:
     """Bind all symbols in a library, also those that are not known yet."""
     _libraries.append(library)
-    for symbol, address in ADDRESSES.items():
+    for symbol, address in [*ADDRESSES.items()]:  # another thread may bind more
         library.bind(symbol, address)
