@@ -197,9 +197,7 @@ def link(made: list[Compiled]) -> tuple[Any, dict[str, Any]]:
             entry.linkage = "external"
             if result or arguments:
                 kinds = [str(argument.type) for argument in entry.arguments]
-                if len(kinds) - 2 != words_of(arguments):
-                    raise ValueError(f"{function.name} has other words than ({arguments})")
-                module.link_in(llvm.parse_assembly(by_words(symbol, inner, kinds)))
+                module.link_in(llvm.parse_assembly(by_words(symbol, inner, kinds, arguments)))
                 module.get_function(inner).linkage = "internal"
             else:
                 entry.name = symbol
@@ -229,22 +227,24 @@ def words_of(arguments: str) -> int:
     return sum(5 + 2 * int(array[1]) if array else 1 for array in arrays)
 
 
-def by_words(symbol: str, function: str, kinds: list[str]) -> str:
+def by_words(symbol: str, function: str, kinds: list[str], arguments: str) -> str:
     """Return code of a C function with two arguments: words, and the address of the result."""
+    if len(kinds) - 2 != words_of(arguments):
+        raise ValueError(f"{function} takes other words than ({arguments})")
     lines = [
         f'declare i32 @"{function}"({", ".join(kinds)})',
         f"define i32 @{symbol}(ptr %words, ptr %result) {{",
         "%exception = alloca ptr",
         "store ptr null, ptr %exception",
     ]
-    arguments = ["ptr %result", "ptr %exception"]
+    given = ["ptr %result", "ptr %exception"]
     for k, kind in enumerate(kinds[2:]):
         lines += [f"%p{k} = getelementptr i64, ptr %words, i64 {k}", f"%w{k} = load i64, ptr %p{k}"]
         convert = {"i64": "", "ptr": "inttoptr", "double": "bitcast"}.get(kind, "trunc")
         if convert:
             lines.append(f"%a{k} = {convert} i64 %w{k} to {kind}")
-        arguments.append(f"{kind} %{'a' if convert else 'w'}{k}")
-    lines += [f'%status = call i32 @"{function}"({", ".join(arguments)})', "ret i32 %status", "}"]
+        given.append(f"{kind} %{'a' if convert else 'w'}{k}")
+    lines += [f'%status = call i32 @"{function}"({", ".join(given)})', "ret i32 %status", "}"]
     return "\n".join(lines)
 
 

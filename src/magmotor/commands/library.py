@@ -1,5 +1,6 @@
 """Print the path of the library of compiled functions."""
 
+import os
 from dataclasses import dataclass
 
 from magmotor.commands.output import fail
@@ -14,12 +15,12 @@ class Options:
 def main() -> None:
     """Print the path, or say that there is no library."""
     parse_options(Options, __doc__)
-    from magmotor.numerics.native_library import FOLDER, library
+    from magmotor.numerics.native_library import FOLDER, SWITCH, library
 
     found = library()
     if found is None:
-        sentence = (
-            "there is no library for this processor here; in a clone, `make library` builds one"
-        )
-        fail(f"{sentence} in {FOLDER}", 1)
+        if os.environ.get(SWITCH) == "0":
+            fail(f"{SWITCH}=0 turns the library off", 1)
+        remedy = "in a clone, `make library` builds one; else install a wheel for this platform"
+        fail(f"{FOLDER} has no library that this processor and magmotor can use: {remedy}", 1)
     print(found.path)

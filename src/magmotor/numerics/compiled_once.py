@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import cache, cached_property, partial, update_wrapper
 from typing import Any, NamedTuple
 
+from magmotor.common.optional import extra
 from magmotor.numerics import dependencies, native_library
 from magmotor.numerics.c_types import Signature
 from magmotor.numerics.deferred import Deferred
@@ -46,15 +47,13 @@ def compiled_once(signature: Signature | None = None, **options: Any) -> Callabl
             if text and (in_library := native_library.versions(define, by)):
                 return CFunction(in_library[0].address)
             found = defined(*by)
-            function = CompiledFunction(partial(_compiled, define, by, text, options), found)
+            function = CompiledFunction(partial(_compiled, found, text, options), found)
             return function.real if text else function
 
         def is_cached(*by: Any) -> bool:
             if native_library.versions(define, by):
                 return True
-            from magmotor.numerics import numba_cache
-
-            return numba_cache.is_cached(defined(*by))
+            return _numba_cache().is_cached(defined(*by))
 
         wrapper: Any = update_wrapper(compiled, define)
         wrapper.is_cached = is_cached
@@ -100,8 +99,13 @@ class CompiledFunction(Deferred):
             self.real.compile(tuple(map(typeof, args)))
 
 
-def _compiled(define: Callable, by: tuple, signature: str, options: dict[str, Any]) -> Any:
-    from magmotor.numerics import numba_cache
+def _compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:
+    return _numba_cache().compiled(defined, signature, options)
 
-    # With the checksum of now: a constant may have changed since a module has asked.
-    return numba_cache.compiled(dependencies.defined(define, by), signature, options)
+
+def _numba_cache() -> Any:
+    with extra("numba"):
+        import numba  # noqa: F401  first, since it is what users know
+
+        from magmotor.numerics import numba_cache
+    return numba_cache

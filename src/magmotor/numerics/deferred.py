@@ -49,6 +49,8 @@ class Deferred(StandIn):
     def _made(self) -> Any:
         """Return the object, which one thread makes."""
         with extra("numba"):
+            import numba  # noqa: F401  first, since it is what users know
+
             from magmotor.numerics.compiler import inference
 
         with inference.LOCK:  # with another lock, the compiler, which asks for objects, could wait
