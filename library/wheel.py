@@ -57,10 +57,8 @@ class Library(BuildHookInterface):
         machine = platform.machine()
         if sys.platform != "linux" or machine not in LEVELS:
             raise RuntimeError(f"MAGMOTOR_LIBRARY=1: there is no library for {machine}")
-        paths = [str(Path(self.root, "src")), os.environ.get("PYTHONPATH", "")]
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
         command = [sys.executable, "-m", "library.build", *LEVELS[machine]]
-        subprocess.run(command, cwd=self.root, env=environment, check=True)
+        subprocess.run(command, cwd=self.root, check=True)
         for level in LEVELS[machine]:
             file = Path(self.root, FOLDER, f"libmagmotor-{level}.so")
             check_symbols(file)

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from functools import cache, cached_property, partial, update_wrapper
 from typing import Any, NamedTuple
 
-from magmotor.common.optional import extra
 from magmotor.numerics import dependencies, native_library
 from magmotor.numerics.c_types import Signature
-from magmotor.numerics.deferred import Deferred
+from magmotor.numerics.deferred import Deferred, needing_numba
 from magmotor.numerics.dependencies import Defined
 from magmotor.numerics.native_calls import NativeFunction
 
@@ -104,8 +103,6 @@ def _compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:
 
 
 def _numba_cache() -> Any:
-    with extra("numba"):
-        import numba  # noqa: F401  first, since it is what users know
-
+    with needing_numba():
         from magmotor.numerics import numba_cache
     return numba_cache

@@ -6,7 +6,8 @@ made when Numba meets them in the code that it compiles.
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial, update_wrapper
 from importlib import import_module
 from typing import Any, Self
@@ -18,6 +19,15 @@ from magmotor.numerics.constants import StandIn
 _disabled = os.environ.get("NUMBA_DISABLE_JIT", "0")
 if _disabled.isdigit() and int(_disabled):
     raise ImportError("NUMBA_DISABLE_JIT is set: unset it, since magmotor needs compiled code")
+
+
+@contextmanager
+def needing_numba() -> Iterator[None]:
+    """Import what needs Numba; an error says how to install it."""
+    with extra("numba"):
+        import numba  # noqa: F401  first, since users know it rather than what it needs
+
+        yield
 
 
 class Deferred(StandIn):
@@ -48,9 +58,7 @@ class Deferred(StandIn):
 
     def _made(self) -> Any:
         """Return the object, which one thread makes."""
-        with extra("numba"):
-            import numba  # noqa: F401  first, since it is what users know
-
+        with needing_numba():
             from magmotor.numerics.compiler import inference
 
         with inference.LOCK:  # with another lock, the compiler, which asks for objects, could wait
