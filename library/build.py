@@ -1,17 +1,16 @@
-"""Build the library of compiled functions, if it is missing or its sources have changed.
+"""Build the libraries of compiled functions that are missing, or whose sources have changed.
 
-    python -m library.build                      # for this processor
-    python -m library.build x86-64-v3 x86-64-v4  # for others of this machine
+    python -m library.build                # for this processor
+    python -m library.build x86-64-v3 ...  # for others; see library/targets.py
 
 Two processes compile all functions, as Numba does when they are first used. One of them links them
-into an object file, to which a C compiler adds the rest.
+into a module, of which machine code is made for each library. A C compiler adds the rest.
 """
 
 import hashlib
 import inspect
 import json
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -21,60 +20,45 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from library import tables
+from library import tables, targets
+from library.targets import TARGETS
 from magmotor.numerics.dependencies import checksum_of
 from magmotor.numerics.native_library import (
     FOLDER,
-    LEVELS,
     UnfitLibraryError,
     described,
     with_description,
 )
 
 HERE = Path(__file__).parent
-CPU_NAMES = {"aarch64": "generic"}
-"""LLVM's names of kinds of processors that it names differently."""
-
-NEEDED = {
-    "x86-64-v3": {"avx2", "bmi2", "fma"},
-    "x86-64-v4": {"avx512bw", "avx512dq", "avx512vl"},
-}
-"""Flags in /proc/cpuinfo that processors of a kind have, besides those of lower ones."""
-
-LEVEL_NUMBERS = {"x86-64-v3": 3, "x86-64-v4": 4}
-
-FLAGS = (
-    "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror",
-    "-Wl,--build-id=none", "-Wl,--no-undefined", "-Wl,-z,noexecstack", "-s",
-)  # fmt: skip
 
 
-def main(arguments: list[str]) -> None:
-    """Build the libraries of some kinds of processors, or of the best that this one is."""
-    known = LEVELS.get(platform.machine(), ()) if sys.platform == "linux" else ()
-    levels = arguments or [level for level in known if runs_here(level)][:1]
-    compiler = os.environ.get("CC", "cc")
-    if not levels or shutil.which(compiler) is None:
-        lacking = f"a C compiler ({compiler})" if levels else "a processor of a kind that it knows"
-        print(f"no library, which needs {lacking}: Numba compiles what is used", file=sys.stderr)
-        return
-    for level in levels:
-        if level not in known:
-            sys.exit(f"unknown kind of processor {level!r}: known here are {', '.join(known)}")
-        path = FOLDER / f"libmagmotor-{level}.so"
-        if is_current(path):
-            print(f"{path.name} is up to date")
-            continue
-        with tempfile.TemporaryDirectory() as folder:
-            compile_functions(level, Path(folder))
-            link(level, Path(folder), path, compiler)
-        print(f"{path.name} ({path.stat().st_size / 1e3:.0f} kB)")
+def main(names: list[str]) -> None:
+    """Build some libraries, by default the best one for this processor."""
+    here = targets.here()
+    names = names or [name for name in here if targets.runs_here(name)][:1]
+    if not names:
+        without("a processor of a kind that it knows")
+    known = TARGETS if "x86-64-v3" in here else here
+    for name in names:
+        if name not in known:
+            sys.exit(f"unknown library {name!r}: {', '.join(known)} can be built here")
+        if shutil.which(targets.compiler(name)[0]) is None:
+            without(f"the C compiler {targets.compiler(name)[0]}")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            path = FOLDER / TARGETS[name].file
+            if is_current(path):
+                print(f"{path.name} is up to date")
+                continue
+            link(name, compiled(targets.optimized_for(name), Path(folder)), path)
+            print(f"{path.name} ({path.stat().st_size / 1e3:.0f} kB)")
 
 
-def runs_here(level: str) -> bool:
-    """Whether the processor has all instructions of a kind."""
-    found = Path("/proc/cpuinfo").read_text(encoding="utf-8").split()
-    return NEEDED.get(level, set()) <= {*found}
+def without(lacking: str) -> None:
+    """End the program, which is no error: Numba does what the library would."""
+    print(f"no library, which needs {lacking}: Numba compiles what is used", file=sys.stderr)
+    sys.exit()
 
 
 def is_current(path: Path) -> bool:
@@ -103,28 +87,34 @@ def made_from() -> str:
     return f"numba {version('numba')}, llvmlite {version('llvmlite')}, {digest.hexdigest()}"
 
 
-def compile_functions(level: str, folder: Path) -> None:
-    """Compile all functions for a kind of processor into a folder."""
+def compiled(processor: str, folder: Path) -> Path:
+    """Compile all functions, optimized for a processor, into a folder in this one, once."""
+    inner = folder / processor
+    if inner.exists():
+        return inner
+    inner.mkdir()
     environment = os.environ | {
         "MAGMOTOR_LIBRARY": "0",
-        "NUMBA_CACHE_DIR": str(folder / "cache"),
-        "NUMBA_CPU_NAME": CPU_NAMES.get(level, level),
+        "NUMBA_CACHE_DIR": str(inner / "cache"),
+        "NUMBA_CPU_NAME": processor,
         "NUMBA_CPU_FEATURES": "",
         "PYTHONHASHSEED": "0",
     }
     environment.pop("NUMBA_DISABLE_JIT", None)
-    command = [sys.executable, "-m", "library.ahead_of_time", level, str(folder)]
+    command = [sys.executable, "-m", "library.ahead_of_time", str(inner)]
     subprocess.run(command, env=environment, cwd=HERE.parent, check=True)
+    return inner
 
 
-def link(level: str, folder: Path, path: Path, compiler: str) -> None:
+def link(name: str, folder: Path, path: Path) -> None:
     """Link the compiled functions in a folder with the C part."""
-    result = folder / "library.so"
-    sources = [*map(str, sorted(HERE.glob("*.c"))), str(folder / "functions.o")]
-    options = [*FLAGS, f"-I{folder}", f"-DLEVEL={LEVEL_NUMBERS.get(level, 0)}", "-o", str(result)]
-    subprocess.run([compiler, *options, *sources, "-lm"], check=True)
+    target, result, code = TARGETS[name], folder / TARGETS[name].file, folder / f"{name}.o"
+    targets.emit((folder / "functions.ll").read_text(encoding="utf-8"), name, code)
+    sources = [*map(str, sorted(HERE.glob("*.c"))), str(code)]
+    options = [*target.flags, f"-I{folder}", f"-DLEVEL={target.level}", "-o", str(result)]
+    subprocess.run([*targets.compiler(name), *options, *sources, "-lm"], check=True)
     description = json.loads((folder / "description.json").read_text(encoding="utf-8"))
-    description["made_from"] = made_from()
+    description |= {"made_from": made_from(), "level": name, "machine": target.machine}
     path.parent.mkdir(exist_ok=True)
     part = path.with_suffix(f".{os.getpid()}")
     part.write_bytes(with_description(result.read_bytes(), description))

@@ -45,7 +45,18 @@ static void finish(mjModel *m, mjData *d) {
 // The state after some steps.
 static void steps(mjModel *m) { finish(m, stepped(m)); }
 
-// The same by the control callback.
+// Where dipoles are in the first state, and what acts then.
+static void forces(mjModel *m) {
+  mjData *d = started(m);
+  mj_forward(m, d);
+  for (int k = 0; k < 3 * m->nsite; k++) printf("%a ", d->site_xpos[k]);
+  for (int k = 0; k < 9 * m->nsite; k++) printf("%a ", d->site_xmat[k]);
+  printf("\n");
+  for (int k = 0; k < m->nv; k++) printf("%a ", d->qfrc_passive[k]);
+  finish(m, d);
+}
+
+// The state after some steps by the control callback.
 static void callback(mjModel *m) {
   mjcb_control = (mjfGeneric)dlsym(dlopen(library, RTLD_NOW), "magmotor_callback");
   steps(m);
@@ -149,8 +160,9 @@ int main(int argc, char **argv) {
     const char *name;
     void (*run)(mjModel *m);
   } tasks[] = {
-      {"steps", steps},     {"callback", callback}, {"errors", errors},   {"unhandled", unhandled},
-      {"threads", threads}, {"leaks", leaks},       {"indices", indices}, {"plugins", plugins},
+      {"steps", steps},     {"forces", forces}, {"callback", callback}, {"errors", errors},
+      {"threads", threads}, {"leaks", leaks},   {"indices", indices},   {"plugins", plugins},
+      {"unhandled", unhandled},
   };
   if (argc < 4) return 2;
   library = argv[1];

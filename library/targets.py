@@ -1,0 +1,151 @@
+"""The kinds of processors for which there are libraries, and machine code for them.
+
+Numba optimizes the functions for a processor of the machine that builds the library. Machine code
+for others is made of the same optimized code, which depends on little else than the size of vectors.
+"""
+
+import os
+import platform
+import re
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import llvmlite.binding as llvm
+
+
+class Target(NamedTuple):
+    """A kind of processor, with its system.
+
+    Attributes
+    ----------
+    machine : str
+        As `platform.machine` names it there.
+    triple, processor : str
+        LLVM's names.
+    file : str
+        Name of the library.
+    level : int
+        Level of an x86-64 processor.
+    compiler : tuple of str
+        Command of a C compiler on a machine of another kind.
+    flags : tuple of str
+        Options of the compiler.
+    """
+
+    machine: str
+    triple: str
+    processor: str
+    file: str
+    level: int
+    compiler: tuple[str, ...]
+    flags: tuple[str, ...]
+
+
+SHARED = "-O2", "-shared", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror", "-s"
+OF_LINUX = (
+    *SHARED, "-fPIC", "-Wl,--build-id=none", "-Wl,--no-undefined", "-Wl,-z,noexecstack",
+)  # fmt: skip
+ZIG = sys.executable, "-m", "ziglang", "cc", "-target"
+TARGETS = {
+    "x86-64-v4": Target(
+        "x86_64", "x86_64-unknown-linux-gnu", "x86-64-v4", "libmagmotor-x86-64-v4.so", 4,
+        ("x86_64-linux-gnu-gcc",), OF_LINUX,
+    ),
+    "x86-64-v3": Target(
+        "x86_64", "x86_64-unknown-linux-gnu", "x86-64-v3", "libmagmotor-x86-64-v3.so", 3,
+        ("x86_64-linux-gnu-gcc",), OF_LINUX,
+    ),
+    "aarch64": Target(
+        "aarch64", "aarch64-unknown-linux-gnu", "generic", "libmagmotor-aarch64.so", 0,
+        ("aarch64-linux-gnu-gcc",), OF_LINUX,
+    ),
+    "apple-silicon": Target(
+        "arm64", "arm64-apple-macosx11.0", "apple-m1", "libmagmotor-apple-silicon.dylib", 0,
+        (*ZIG, "aarch64-macos.11.0"), (*SHARED, "-Wl,-undefined,dynamic_lookup"),
+    ),
+    "windows": Target(
+        "AMD64", "x86_64-pc-windows-gnu", "x86-64-v3", "magmotor-windows.dll", 3,
+        (*ZIG, "x86_64-windows-gnu"), SHARED,
+    ),
+}  # fmt: skip
+"""By the names of libraries; those for one machine best first."""
+
+NEEDED = {
+    3: {"avx2", "bmi2", "fma"},
+    4: {"avx512bw", "avx512dq", "avx512vl"},
+}
+"""Flags in /proc/cpuinfo that processors of a level have, besides those of lower ones."""
+
+
+def here() -> list[str]:
+    """Return the names of libraries for processors of this machine, best first."""
+    if sys.platform != "linux":
+        return []
+    return [name for name, target in TARGETS.items() if target.machine == platform.machine()]
+
+
+def runs_here(name: str) -> bool:
+    """Whether the processor has all instructions of a kind."""
+    found = {*Path("/proc/cpuinfo").read_text(encoding="utf-8").split()}
+    return NEEDED.get(TARGETS[name].level, set()) <= found
+
+
+def optimized_for(name: str) -> str:
+    """Return LLVM's name of the processor for which Numba optimizes the code of a library."""
+    native = here()
+    return TARGETS[name if name in native else native[-1]].processor
+
+
+def compiler(name: str) -> tuple[str, ...]:
+    """Return the command of a C compiler for a library."""
+    return (os.environ.get("CC", "cc"),) if name in here() else TARGETS[name].compiler
+
+
+# Decrements a number in memory, and tells whether it became 0 (4 is the code of that condition).
+COUNTING = "llvm.x86.atomic.sub.cc.i64"
+COUNTED = """define internal i8 @magmotor_counted(ptr %place, i64 %count, i32 %condition) alwaysinline {
+  %before = atomicrmw sub ptr %place, i64 %count seq_cst
+  %became = icmp eq i64 %before, %count
+  %result = zext i1 %became to i8
+  ret i8 %result
+}"""
+
+
+def emit(code: str, name: str, path: Path) -> None:
+    """Write the machine code of a module to an object file.
+
+    Parameters
+    ----------
+    code : str
+        The module, in LLVM's language.
+    name : str
+        The library for which it is made.
+    path : Path
+
+    Raises
+    ------
+    ValueError
+        The code contains instructions of another processor.
+    """
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    target = TARGETS[name]
+    machine = llvm.Target.from_triple(target.triple).create_target_machine(
+        cpu=target.processor, opt=3, reloc="pic", codemodel="default"
+    )
+    code = re.sub(rf"^declare i8 @{COUNTING}\(.*$", COUNTED, code, flags=re.M)
+    code = code.replace(COUNTING, "magmotor_counted")
+    if foreign := re.findall(r"@(llvm\.(?:x86|aarch64)\.[\w.]+)", code):
+        raise ValueError(f"the code calls {foreign[0]}, which not all processors have")
+    header = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
+    code = re.sub(r"^target (datalayout|triple) = .*\n", "", code, flags=re.M)
+    module = llvm.parse_assembly(header + code)
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_always_inliner_pass()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.add_strip_dead_prototype_pass()
+    options = llvm.create_pipeline_tuning_options(speed_level=0)
+    passes.run(module, llvm.create_pass_builder(machine, options))
+    module.verify()
+    path.write_bytes(machine.emit_object(module))
