@@ -1,21 +1,46 @@
 // What compiled code needs: cells, offsets, and the numbers of functions.
+#define _GNU_SOURCE
 #include "library.h"
 
+#include <dlfcn.h>
+#include <link.h>
 #include <stddef.h>
 #include <string.h>
+
+// ---- MuJoCo, whose symbols are not visible if it was loaded with RTLD_LOCAL, as in ROS 2
+// These symbols have new versions, which libraries for older versions of glibc must not need.
+#if defined(__x86_64__)
+#define OLDEST "@GLIBC_2.2.5"
+#else
+#define OLDEST "@GLIBC_2.17"
+#endif
+__asm__(".symver dlopen, dlopen" OLDEST);
+__asm__(".symver dlsym, dlsym" OLDEST);
+__asm__(".symver dlclose, dlclose" OLDEST);
+
+static void *mujoco;
+
+static int find_mujoco(struct dl_phdr_info *object, size_t size, void *unused) {
+  (void)size, (void)unused;
+  void *found = dlopen(object->dlpi_name, RTLD_LAZY | RTLD_NOLOAD);
+  if (!found) return 0;
+  if (dlsym(found, "mj_version"))
+    mujoco = found;
+  else
+    dlclose(found);
+  return mujoco != 0;
+}
+
+void *magmotor_of_mujoco(const char *name) {
+  if (!mujoco) dl_iterate_phdr(find_mujoco, 0);
+  return mujoco ? dlsym(mujoco, name) : 0;
+}
 
 // ---- Cells, which contain the addresses of functions and variables. Python binds its own.
 #include "variables.inc"
 
-// Where MuJoCo's symbols are not visible, as in Python, these are 0.
-#define CELL(name, initial)
-#define MUJOCO(name, initial) extern char name[] __attribute__((weak));
-#include "cells.inc"
-#undef CELL
-#undef MUJOCO
-
 #define CELL(name, initial) void *magmotor_cell_##name = initial;
-#define MUJOCO CELL
+#define MUJOCO(name, initial) CELL(name, 0)
 #include "cells.inc"
 #undef CELL
 
@@ -37,17 +62,10 @@ SHARED int magmotor_bind(const char *name, void *address) {
   return 0;
 }
 
-static int64_t without_handlers(int64_t handler) {
-  (void)handler;
-  return 0;
-}
-
-const char *magmotor_missing(void) {
-  for (size_t k = 0; k < sizeof cells / sizeof *cells; k++) {
-    if (*cells[k].cell) continue;
-    if (cells[k].name[0] != '_') return cells[k].name;
-    *cells[k].cell = (void *)without_handlers;  // the only private function of MuJoCo
-  }
+const char *magmotor_bind_mujoco(void) {
+  for (size_t k = 0; k < sizeof cells / sizeof *cells; k++)
+    if (!*cells[k].cell && !(*cells[k].cell = magmotor_of_mujoco(cells[k].name)))
+      return cells[k].name;
   return 0;
 }
 
