@@ -31,11 +31,12 @@ _folder = tempfile.TemporaryDirectory()
 
 
 @cache
-def program() -> Path:
-    """Return the program, compiled once."""
-    path, library = Path(_folder.name) / "c_host", Path(mujoco_library()._name)
+def program(*options: str) -> Path:
+    """Return the program, compiled once, or what a compiler with other options makes of it."""
+    path = Path(_folder.name) / f"c_host{len(options)}"
+    library = Path(mujoco_library()._name)
     source = Path(__file__).with_name("c_host.c")
-    options = "-O1", "-Wall", "-Wextra", "-Werror", f"-I{library.parent / 'include'}"
+    options += "-O1", "-Wall", "-Wextra", "-Werror", f"-I{library.parent / 'include'}"
     libraries = str(library), f"-Wl,-rpath,{library.parent}", "-lpthread", "-ldl"
     subprocess.run([CC, *options, source, *libraries, "-o", path], check=True)
     return path
@@ -46,9 +47,17 @@ def library_path() -> Path:
     return native_library.FOLDER / f"libmagmotor-{LIBRARY.description['level']}.so"
 
 
-def run(task: str, count: int, models: list[Path], **environment: str) -> Any:
-    """Let the program do a task of `c_host.c` with models."""
-    command = [program(), library_path(), task, str(count), *models]
+def run(
+    task: str,
+    count: int,
+    models: list[Path],
+    *,
+    by: tuple[Any, ...] = (),
+    library: Any = None,
+    **environment: str,
+) -> Any:
+    """Let the program, or a command that runs it, do a task of `c_host.c` with models."""
+    command = [*(by or [program()]), library or library_path(), task, str(count), *models]
     outside = {k: v for k, v in os.environ.items() if k != native_library.SWITCH}
     return subprocess.run(
         command, env=outside | environment, cwd=_folder.name, capture_output=True, text=True,
