@@ -2,6 +2,14 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#if defined(_WIN32)
+#include <malloc.h>
+#define aligned_alloc(alignment, size) _aligned_malloc(size, alignment)
+#define free_aligned _aligned_free
+#else
+#define free_aligned free
+#endif
+
 // ---- Arrays that compiled code allocates for a while, as in Numba's nrt.h
 typedef struct {
   size_t references;
@@ -21,18 +29,16 @@ void *NRT_MemInfo_alloc_aligned(int64_t size, uint32_t alignment) {
 }
 
 void NRT_MemInfo_call_dtor(Array *array) {
-  free(array->data);
+  free_aligned(array->data);
   free(array);
 }
 
+// Compiled code reshapes only what `aligned` in magmotor/numerics/arrays.py returns, one row.
 int numba_attempt_nocopy_reshape(int64_t axes, const int64_t *extents, const int64_t *strides,
                                  int64_t new_axes, const int64_t *new_extents, int64_t *new_strides,
                                  int64_t size, int columns_first) {
-  int64_t stride = size;
-  for (int64_t k = axes - 1; k >= 0; stride *= extents[k--])
-    if (columns_first || strides[k] != stride) return 0;
-  stride = size;
-  for (int64_t k = new_axes - 1; k >= 0; stride *= new_extents[k--]) new_strides[k] = stride;
+  (void)axes, (void)extents, (void)strides, (void)columns_first;
+  for (int64_t k = new_axes - 1; k >= 0; size *= new_extents[k--]) new_strides[k] = size;
   return 1;
 }
 

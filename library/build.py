@@ -1,7 +1,7 @@
 """Build the libraries of compiled functions that are missing, or whose sources have changed.
 
-    python -m library.build                # for this processor
-    python -m library.build x86-64-v3 ...  # for others; see library/targets.py
+    python -m library.build            # for this processor
+    python -m library.build x86-64-v3  # for others, which library/targets.py lists
 
 Two processes compile all functions, as Numba does when they are first used. One of them links them
 into a module, of which machine code is made for each library. A C compiler adds the rest.
@@ -11,7 +11,6 @@ import hashlib
 import inspect
 import json
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -34,31 +33,29 @@ HERE = Path(__file__).parent
 
 
 def main(names: list[str]) -> None:
-    """Build some libraries, by default the best one for this processor."""
+    """Build some libraries, by default the best one for this processor, if that is possible."""
     here = targets.here()
-    names = names or [name for name in here if targets.runs_here(name)][:1]
-    if not names:
-        without("a processor of a kind that it knows")
     known = TARGETS if "x86-64-v3" in here else here
-    for name in names:
-        if name not in known:
-            sys.exit(f"unknown library {name!r}: {', '.join(known)} can be built here")
-        if shutil.which(targets.compiler(name)[0]) is None:
-            without(f"the C compiler {targets.compiler(name)[0]}")
+    if unknown := [name for name in names if name not in known]:
+        sys.exit(f"unknown library {unknown[0]!r}: {', '.join(known)} can be built here")
+    wanted = names or [name for name in here if targets.runs_here(name)][:1]
+    try:
+        if not wanted:
+            raise FileNotFoundError("a processor of a kind that it knows")
+        compilers = [targets.compiler(name) for name in wanted]
+    except FileNotFoundError as error:
+        if names:
+            sys.exit(f"{error} is needed and not installed")
+        print(f"no library, which needs {error}: Numba compiles what is used", file=sys.stderr)
+        return
     with tempfile.TemporaryDirectory() as folder:
-        for name in names:
+        for name, compiler in zip(wanted, compilers, strict=True):
             path = FOLDER / TARGETS[name].file
             if is_current(path):
                 print(f"{path.name} is up to date")
                 continue
-            link(name, compiled(targets.optimized_for(name), Path(folder)), path)
+            link(name, compiled(targets.optimized_for(name), Path(folder)), path, compiler)
             print(f"{path.name} ({path.stat().st_size / 1e3:.0f} kB)")
-
-
-def without(lacking: str) -> None:
-    """End the program, which is no error: Numba does what the library would."""
-    print(f"no library, which needs {lacking}: Numba compiles what is used", file=sys.stderr)
-    sys.exit()
 
 
 def is_current(path: Path) -> bool:
@@ -106,18 +103,18 @@ def compiled(processor: str, folder: Path) -> Path:
     return inner
 
 
-def link(name: str, folder: Path, path: Path) -> None:
+def link(name: str, folder: Path, path: Path, compiler: tuple[str, ...]) -> None:
     """Link the compiled functions in a folder with the C part."""
     target, result, code = TARGETS[name], folder / TARGETS[name].file, folder / f"{name}.o"
     targets.emit((folder / "functions.ll").read_text(encoding="utf-8"), name, code)
     sources = [*map(str, sorted(HERE.glob("*.c"))), str(code)]
     options = [*target.flags, f"-I{folder}", f"-DLEVEL={target.level}", "-o", str(result)]
-    subprocess.run([*targets.compiler(name), *options, *sources, "-lm"], check=True)
+    subprocess.run([*compiler, *sources, *options], check=True)
     description = json.loads((folder / "description.json").read_text(encoding="utf-8"))
     description |= {"made_from": made_from(), "level": name, "machine": target.machine}
     path.parent.mkdir(exist_ok=True)
-    part = path.with_suffix(f".{os.getpid()}")
-    part.write_bytes(with_description(result.read_bytes(), description))
+    part, content = path.with_suffix(f".{os.getpid()}"), result.read_bytes()
+    part.write_bytes(with_description(content, description) if path.suffix == ".so" else content)
     part.chmod(0o755)
     part.replace(path)  # a process may have loaded the one before
 

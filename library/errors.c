@@ -6,32 +6,34 @@
 #include "library.h"
 #include "sentences.h"
 
-#pragma weak mju_warning
+// Functions of MuJoCo.
+typedef void (*LogHandler)(const void *message);
+void mju_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 void mju_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
+LogHandler mju_setLogHandler(LogHandler handler);
+LogHandler _mjPRIVATE_getGlobalLogHandler(void);
 
 extern void *magmotor_cell_magmotor_notices_given;
 
-// Return a sentence as the format that MuJoCo takes it for; it is valid until the next one.
-static const char *kept(const char *sentence) {
-  static _Thread_local char format[2 * ROOM];
-  char *to = format;
-  do {
-    if (*sentence == '%') *to++ = '%';
-  } while ((*to++ = *sentence++));
-  return format;
+static LogHandler default_handler;  // ends the process at an error, unless mju_user_error is set
+
+void magmotor_note_handler(void) {
+  LogHandler before = OF_MUJOCO(mju_setLogHandler)(0);
+  default_handler = OF_MUJOCO(mju_setLogHandler)(before);
 }
 
-// A thread without a handler would end the process at an error. There, it is a warning, and the
-// caller makes the state NaN.
+// An error that nobody handles would end the process. It is a warning instead, and the caller makes
+// the state NaN, as after a handler that returns.
 void magmotor_form_error(int64_t error, int64_t number, const char *name, int64_t other,
                          const char *other_name, const double *details, int64_t handler,
                          int64_t user, const char **text) {
   char sentence[ROOM];
   magmotor_form_sentence(sentence, 1, error, &(Subject){number, name, other, other_name, details});
-  if (handler || user)
-    *text = kept(sentence);
+  (void)text;  // Python's, which it raises after this has returned
+  if (handler || user || OF_MUJOCO(_mjPRIVATE_getGlobalLogHandler)() != default_handler)
+    OF_MUJOCO(mju_error)("%s", sentence);
   else
-    mju_warning("%s; the state is set to NaN", sentence);
+    OF_MUJOCO(mju_warning)("%s; the state is set to NaN", sentence);
 }
 
 // Python also knows names that merely resemble that of a mark.
@@ -69,5 +71,5 @@ void magmotor_form_notice(int64_t which, int64_t number, const char *name, int64
   if (which == ASSUMED)
     fprintf(stderr, "magmotor: %s\n", sentence);
   else
-    mju_warning("%s", sentence);
+    OF_MUJOCO(mju_warning)("%s", sentence);
 }

@@ -7,15 +7,8 @@
 // ---- Cells, which contain the addresses of functions and variables. Python binds its own.
 #include "variables.inc"
 
-// Where MuJoCo's symbols are not visible, as in Python, these are 0.
-#define CELL(name, initial)
-#define MUJOCO(name, initial) extern char name[] __attribute__((weak));
-#include "cells.inc"
-#undef CELL
-#undef MUJOCO
-
 #define CELL(name, initial) void *magmotor_cell_##name = initial;
-#define MUJOCO CELL
+#define MUJOCO(name, initial) CELL(name, 0)
 #include "cells.inc"
 #undef CELL
 
@@ -37,17 +30,10 @@ SHARED int magmotor_bind(const char *name, void *address) {
   return 0;
 }
 
-static int64_t without_handlers(int64_t handler) {
-  (void)handler;
-  return 0;
-}
-
-const char *magmotor_missing(void) {
-  for (size_t k = 0; k < sizeof cells / sizeof *cells; k++) {
-    if (*cells[k].cell) continue;
-    if (cells[k].name[0] != '_') return cells[k].name;
-    *cells[k].cell = (void *)without_handlers;  // the only private function of MuJoCo
-  }
+const char *magmotor_bind_mujoco(void) {
+  for (size_t k = 0; k < sizeof cells / sizeof *cells; k++)
+    if (!*cells[k].cell && !(*cells[k].cell = magmotor_of_mujoco(cells[k].name)))
+      return cells[k].name;
   return 0;
 }
 

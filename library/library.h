@@ -6,7 +6,11 @@
 
 #include "numbers.h"
 
+#if defined(_WIN32)
+#define SHARED __declspec(dllexport)
+#else
 #define SHARED __attribute__((visibility("default")))
+#endif
 
 #define FUNCTION(k) extern char magmotor_function_##k[];
 #include "functions.inc"
@@ -18,8 +22,15 @@ extern int64_t magmotor_offsets[OFFSETS];
 
 SHARED int magmotor_is_supported(void);
 
-// Return the name of a function that MuJoCo lacks, or 0.
-const char *magmotor_missing(void);
+// Return the address of a function or a variable of MuJoCo, or 0.
+void *magmotor_of_mujoco(const char *name);
+#define OF_MUJOCO(function) ((__typeof__(&function))magmotor_of_mujoco(#function))
+
+// Let cells contain addresses in MuJoCo. Return the name of what it lacks, or 0.
+const char *magmotor_bind_mujoco(void);
+
+// Learn which handler MuJoCo has unless the program sets another one.
+void magmotor_note_handler(void);
 
 // Functions that the compiled code calls, unless Python has others for it.
 void magmotor_load(int64_t number);

@@ -15,10 +15,7 @@ typedef struct {
   void *unused[9];  // functions for other kinds of plugins
 } Plugin;
 
-// Functions of MuJoCo, whose addresses are 0 where they are not visible.
-#pragma weak mj_version
-#pragma weak mjp_getPlugin
-#pragma weak mjp_registerPlugin
+// Functions of MuJoCo.
 int mj_version(void);
 const Plugin *mjp_getPlugin(const char *name, int *slot);
 int mjp_registerPlugin(const Plugin *plugin);
@@ -78,26 +75,33 @@ static void refuse_version(int number) {
   fprintf(stderr, "\n");
 }
 
-// Python has its own plugins: ctypes loads this library where MuJoCo's functions are not visible,
-// or with MAGMOTOR_LIBRARY=0, which turns it off for C, too.
+// Python has its own plugins, and loads this library with MAGMOTOR_LIBRARY=0, which turns it off for
+// C, too.
 __attribute__((constructor)) static void register_plugins(void) {
   const char *mode = getenv("MAGMOTOR_LIBRARY"), *missing;
-  if (!mj_version || (mode && !strcmp(mode, "0"))) return;
+  if (mode && !strcmp(mode, "0")) return;
+  if (!OF_MUJOCO(mj_version)) {
+    fprintf(stderr, "magmotor: nothing is registered: MuJoCo must be loaded before this library\n");
+    return;
+  }
   if (!magmotor_is_supported()) {
     fprintf(stderr, "magmotor: nothing is registered: this library needs a processor with %s\n",
             LEVEL >= 4 ? "AVX-512 (x86-64-v4)" : "AVX2 and FMA (x86-64-v3)");
     return;
   }
-  if (!set_offsets_of(mj_version())) {
-    refuse_version(mj_version());
+  int version = OF_MUJOCO(mj_version)();
+  if (!set_offsets_of(version)) {
+    refuse_version(version);
     return;
   }
-  if ((missing = magmotor_missing())) {
+  if ((missing = magmotor_bind_mujoco())) {
     fprintf(stderr, "magmotor: nothing is registered: MuJoCo has no function %s\n", missing);
     return;
   }
-  if (mjp_getPlugin(plugins[0].name, 0)) return;  // a library for another processor has done so
-  for (int k = 0; k < PLUGINS; k++) **(int64_t **)slots[k] = mjp_registerPlugin(&plugins[k]);
+  if (OF_MUJOCO(mjp_getPlugin)(plugins[0].name, 0)) return;  // another library has done so
+  magmotor_note_handler();
+  for (int k = 0; k < PLUGINS; k++)
+    **(int64_t **)slots[k] = OF_MUJOCO(mjp_registerPlugin)(&plugins[k]);
   registered = 1;
 }
 

@@ -1,14 +1,15 @@
 // Forms the sentences that magmotor/mjcf/{error,notice}_sentences.py have, as Python does it.
 #include "sentences.h"
 
+#include "library.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#pragma weak mju_type2Str
-const char *mju_type2Str(int type);
+const char *mju_type2Str(int type);  // of MuJoCo
 
 static const struct {
   int is_error;
@@ -102,7 +103,7 @@ static void put_field(Text *text, const char *field, const Subject *of) {
   else if (IS("other") || IS("another"))
     put(text, "%lld", (long long)of->other);
   else if (IS("kind"))
-    put(text, "%s", mju_type2Str((int)of->details[KIND]));
+    put(text, "%s", OF_MUJOCO(mju_type2Str)((int)of->details[KIND]));
   else
     put_number(text, of->details[atoi(field)], field + place + 1, length - place - 1);
 #undef IS

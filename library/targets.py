@@ -1,17 +1,21 @@
 """The kinds of processors for which there are libraries, and machine code for them.
 
 Numba optimizes the functions for a processor of the machine that builds the library. Machine code
-for others is made of the same optimized code, which depends on little else than the size of vectors.
+for other machines is made of the same optimized functions, so that their results are the same.
 """
 
 import os
 import platform
 import re
+import shutil
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
 import llvmlite.binding as llvm
+
+from magmotor.numerics.native_library import LEVELS
 
 
 class Target(NamedTuple):
@@ -44,9 +48,9 @@ class Target(NamedTuple):
 
 SHARED = "-O2", "-shared", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror", "-s"
 OF_LINUX = (
-    *SHARED, "-fPIC", "-Wl,--build-id=none", "-Wl,--no-undefined", "-Wl,-z,noexecstack",
+    *SHARED, "-fPIC", "-ldl", "-lm", "-Wl,--build-id=none", "-Wl,--no-undefined",
+    "-Wl,-z,noexecstack", "-Wl,-z,nodelete",
 )  # fmt: skip
-ZIG = sys.executable, "-m", "ziglang", "cc", "-target"
 TARGETS = {
     "x86-64-v4": Target(
         "x86_64", "x86_64-unknown-linux-gnu", "x86-64-v4", "libmagmotor-x86-64-v4.so", 4,
@@ -62,14 +66,15 @@ TARGETS = {
     ),
     "apple-silicon": Target(
         "arm64", "arm64-apple-macosx11.0", "apple-m1", "libmagmotor-apple-silicon.dylib", 0,
-        (*ZIG, "aarch64-macos.11.0"), (*SHARED, "-Wl,-undefined,dynamic_lookup"),
+        (sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-macos.11.0"),
+        (*SHARED, "-Wl,-install_name,@rpath/libmagmotor-apple-silicon.dylib"),
     ),
     "windows": Target(
         "AMD64", "x86_64-pc-windows-gnu", "x86-64-v3", "magmotor-windows.dll", 3,
-        (*ZIG, "x86_64-windows-gnu"), SHARED,
+        ("x86_64-w64-mingw32-gcc",), (*SHARED, "-static-libgcc", "-Wl,--no-insert-timestamp"),
     ),
 }  # fmt: skip
-"""By the names of libraries; those for one machine best first."""
+"""By the names of the libraries. The one for Apple's processors has not been run."""
 
 NEEDED = {
     3: {"avx2", "bmi2", "fma"},
@@ -78,11 +83,9 @@ NEEDED = {
 """Flags in /proc/cpuinfo that processors of a level have, besides those of lower ones."""
 
 
-def here() -> list[str]:
+def here() -> tuple[str, ...]:
     """Return the names of libraries for processors of this machine, best first."""
-    if sys.platform != "linux":
-        return []
-    return [name for name, target in TARGETS.items() if target.machine == platform.machine()]
+    return LEVELS.get(platform.machine(), ()) if sys.platform == "linux" else ()
 
 
 def runs_here(name: str) -> bool:
@@ -98,13 +101,25 @@ def optimized_for(name: str) -> str:
 
 
 def compiler(name: str) -> tuple[str, ...]:
-    """Return the command of a C compiler for a library."""
-    return (os.environ.get("CC", "cc"),) if name in here() else TARGETS[name].compiler
+    """Return the command of a C compiler for a library.
+
+    Raises
+    ------
+    FileNotFoundError
+        It is not installed.
+    """
+    command = (os.environ.get("CC", "cc"),) if name in here() else TARGETS[name].compiler
+    if shutil.which(command[0]) is None:
+        raise FileNotFoundError(f"the C compiler {command[0]}")
+    if "ziglang" in command and find_spec("ziglang") is None:
+        raise FileNotFoundError("the Python package ziglang")
+    return command
 
 
 # Decrements a number in memory, and tells whether it became 0 (4 is the code of that condition).
 COUNTING = "llvm.x86.atomic.sub.cc.i64"
-COUNTED = """define internal i8 @magmotor_counted(ptr %place, i64 %count, i32 %condition) alwaysinline {
+COUNTED = """
+define internal i8 @magmotor_counted(ptr %place, i64 %count, i32 %condition) alwaysinline {
   %before = atomicrmw sub ptr %place, i64 %count seq_cst
   %became = icmp eq i64 %before, %count
   %result = zext i1 %became to i8
@@ -134,12 +149,12 @@ def emit(code: str, name: str, path: Path) -> None:
     machine = llvm.Target.from_triple(target.triple).create_target_machine(
         cpu=target.processor, opt=3, reloc="pic", codemodel="default"
     )
-    code = re.sub(rf"^declare i8 @{COUNTING}\(.*$", COUNTED, code, flags=re.M)
+    code = re.sub(rf"^declare i8 @{COUNTING}\(.*$", COUNTED, code, flags=re.MULTILINE)
     code = code.replace(COUNTING, "magmotor_counted")
     if foreign := re.findall(r"@(llvm\.(?:x86|aarch64)\.[\w.]+)", code):
         raise ValueError(f"the code calls {foreign[0]}, which not all processors have")
     header = f'target datalayout = "{machine.target_data}"\ntarget triple = "{target.triple}"\n'
-    code = re.sub(r"^target (datalayout|triple) = .*\n", "", code, flags=re.M)
+    code = re.sub(r"^target (datalayout|triple) = .*\n", "", code, flags=re.MULTILINE)
     module = llvm.parse_assembly(header + code)
     passes = llvm.create_new_module_pass_manager()
     passes.add_always_inliner_pass()

@@ -1,4 +1,5 @@
 // What a program without Python does in tests: c_host LIBRARY TASK COUNT MODEL...
+// LIBRARY may be a folder, with a slash at its end.
 #include <dlfcn.h>
 #include <malloc.h>
 #include <mujoco/mujoco.h>
@@ -69,16 +70,41 @@ static void raise_error(const char *message) {
   longjmp(caught, 1);
 }
 
-static void errors(mjModel *m) {
+static void step_once(mjModel *m) {
   mjData *volatile d = NULL;
-  mju_user_error = raise_error;
   if (!setjmp(caught)) {
     d = started(m);
     mj_step(m, d);
     printf("no error" END);
   }
-  mju_user_error = NULL;
   mj_deleteData(d);
+}
+
+static void errors(mjModel *m) {
+  mju_user_error = raise_error;
+  step_once(m);
+  mju_user_error = NULL;
+}
+
+// The same with a handler of MuJoCo's newer kind, and with one that returns.
+static void raise_logged(const mjLogMessage *message) {
+  if (message->level == mjLOG_ERROR) raise_error(message->subject);
+}
+
+static void logged(mjModel *m) {
+  mju_setLogHandler(raise_logged);
+  step_once(m);
+  mju_setLogHandler(NULL);
+}
+
+static void print_logged(const mjLogMessage *message) {
+  if (message->level == mjLOG_ERROR) printf("%s\n", message->subject);
+}
+
+static void returned(mjModel *m) {
+  mju_setLogHandler(print_logged);
+  steps(m);
+  mju_setLogHandler(NULL);
 }
 
 // The same in a model that was changed after it was loaded.
@@ -160,14 +186,17 @@ int main(int argc, char **argv) {
     const char *name;
     void (*run)(mjModel *m);
   } tasks[] = {
-      {"steps", steps},     {"forces", forces}, {"callback", callback}, {"errors", errors},
-      {"threads", threads}, {"leaks", leaks},   {"indices", indices},   {"plugins", plugins},
-      {"unhandled", unhandled},
+      {"steps", steps},     {"callback", callback}, {"errors", errors},   {"unhandled", unhandled},
+      {"threads", threads}, {"leaks", leaks},       {"indices", indices}, {"plugins", plugins},
+      {"logged", logged},   {"returned", returned}, {"forces", forces},
   };
   if (argc < 4) return 2;
   library = argv[1];
   count = atoi(argv[3]);
-  mj_loadPluginLibrary(library);
+  if (library[strlen(library) - 1] == '/')
+    mj_loadAllPluginLibraries(library, NULL);
+  else
+    mj_loadPluginLibrary(library);
   for (int k = 4; k < argc; k++) {
     mjModel *m = loaded(argv[k]);
     for (size_t t = 0; m && t < sizeof tasks / sizeof *tasks; t++)

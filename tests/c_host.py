@@ -39,10 +39,11 @@ _folder = tempfile.TemporaryDirectory()
 
 
 @cache
-def program() -> Path:
-    """Return the program, compiled once."""
-    path, source = Path(_folder.name) / "c_host", Path(__file__).with_name("c_host.c")
-    options = "-O1", "-Wall", "-Wextra", "-Werror", f"-I{MUJOCO.parent / 'include'}"
+def program(*options: str) -> Path:
+    """Return the program, compiled once, or what a compiler with other options makes of it."""
+    path = Path(_folder.name) / f"c_host{len(options)}"
+    source = Path(__file__).with_name("c_host.c")
+    options += "-O1", "-Wall", "-Wextra", "-Werror", f"-I{MUJOCO.parent / 'include'}"
     libraries = str(MUJOCO), f"-Wl,-rpath,{MUJOCO.parent}", "-lpthread", "-ldl"
     subprocess.run([CC, *options, source, *libraries, "-o", path], check=True)
     return path
@@ -54,14 +55,20 @@ def library_path() -> Path:
     return native_library.FOLDER / f"libmagmotor-{level}.so"
 
 
-def run(task: str, count: int, models: list[Path], **environment: str) -> Any:
-    """Let the program do a task of `c_host.c` with models."""
-    command = [*EMULATOR, program(), library_path(), task, str(count), *models]
+def run(
+    task: str,
+    count: int,
+    models: list[Path],
+    *,
+    by: tuple[Any, ...] = (),
+    library: Any = None,
+    **environment: str,
+) -> Any:
+    """Let the program, or a command that runs it, do a task of `c_host.c` with models."""
+    command = [*EMULATOR, *(by or [program()]), library or library_path(), task, str(count)]
     outside = {k: v for k, v in os.environ.items() if k != native_library.SWITCH}
-    return subprocess.run(
-        command, env=outside | environment, cwd=_folder.name, capture_output=True, text=True,
-        check=True,
-    )  # fmt: skip
+    options: Any = {"cwd": _folder.name, "capture_output": True, "text": True, "check": True}
+    return subprocess.run([*command, *models], env=outside | environment, **options)
 
 
 def written(folder, texts):

@@ -124,7 +124,8 @@ class _Code:
     def __init__(self, name: bytes):
         self._name = name
         self._lock = threading.Lock()
-        self.loading = self._loaded = self._failed = False
+        self.loading = self._loaded = False
+        self._failed = ""  # or why nothing could be loaded
 
     def ensure_loaded(self) -> bool:
         """Load the code once; return whether that has not failed.
@@ -165,9 +166,10 @@ class _Code:
             self._loaded = True
         except KeyboardInterrupt:
             pass
-        except BaseException:
-            print_exception()
-            self._failed = True
+        except BaseException as error:
+            if not isinstance(error, ModuleNotFoundError):
+                print_exception()
+            self._failed = str(error) or type(error).__name__
 
     def _table(self) -> Any:
         """Return MuJoCo's entry of this plugin."""
@@ -190,7 +192,7 @@ class _Code:
         """Give up in a child whose parent was loading, whose lock a thread holds that is gone."""
         self._lock = threading.Lock()
         if self.loading:
-            self.loading, self._failed = False, True
+            self.loading, self._failed = False, _FORKED
             print(f"magmotor: {_FORKED}", file=sys.stderr)
 
     def stubs(self) -> dict[str, Any]:
@@ -208,6 +210,8 @@ class _Code:
         def init(model, data, instance):
             """Called if a model was loaded from a file, and none with the plugin was compiled."""
             if not self.ensure_loaded():
+                # MuJoCo's compiler adds warnings to its error.
+                library().mju_warning(b"%s", self._failed.encode())
                 return FAILED
             self._prepare(model, data, instance)
             return 0

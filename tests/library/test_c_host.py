@@ -2,22 +2,15 @@
 
 import ctypes
 import math
-import os
-import subprocess
-import sys
 
 import mujoco
-import numpy as np
 import pytest
 from c_host import (
-    CC,
-    FOREIGN,
     LEVITATION,
     NEEDED,
     ROOT,
     TOP,
     agree,
-    library_path,
     numbers,
     run,
     started,
@@ -28,9 +21,7 @@ from c_host import (
 from messages import declarations
 
 import magmotor as mm
-from library import layouts
 from library.exercise import NEEDLE
-from magmotor.numerics.native_library import SWITCH
 from magmotor_plugin import slots
 from magmotor_plugin.library import library as mujoco_library
 
@@ -118,59 +109,3 @@ def test_mujoco_knows_the_same_of_the_plugins():
             f" {plugin.needstage} {outputs} {given}"
         )
     assert run("plugins", 0, [TOP]).stdout.splitlines() == expected
-
-
-def test_memory_does_not_grow():
-    (grown,) = run("leaks", 1000, [TOP]).stdout.split()
-    assert int(grown) < 1000
-
-
-def test_an_unknown_version_is_refused(tmp_path):
-    stub = tmp_path / "stub.so"
-    (source := tmp_path / "stub.c").write_text("int mj_version(void) { return 5001002; }")
-    subprocess.run([CC, "-shared", "-fPIC", source, "-o", stub], check=True)
-    done = run("steps", 1, [TOP], LD_PRELOAD=str(stub))
-    known = ", ".join(layouts.known())
-    sentence = f"nothing is registered: MuJoCo 5.1.2 is unknown; known are {known}"
-    assert done.stderr == f"magmotor: {sentence}\n"
-    assert "magmotor.forces" in done.stdout  # an unknown plugin
-
-
-def test_the_variable_that_turns_the_library_off_does_so():
-    done = run("steps", 1, [TOP], MAGMOTOR_LIBRARY="0")
-    assert "magmotor.forces" in done.stdout
-    assert done.stderr == ""
-
-
-EMBEDDED = """
-import ctypes, os, sys
-c = ctypes.CDLL(sys.argv[1], ctypes.RTLD_GLOBAL)  # as in a program that is linked with MuJoCo
-if {first}:
-    c.mj_loadPluginLibrary(sys.argv[2].encode())
-from magmotor.numerics import native_library
-library = native_library.library()
-print(c.mjp_pluginCount(), library and library._c.magmotor_is_registered())
-import magmotor, mujoco
-model = mujoco.MjModel.from_xml_path(sys.argv[3])
-data = mujoco.MjData(model)
-mujoco.mj_step(model, data, nstep=10)
-print(data.qvel.tobytes().hex())
-assert os.environ.get("MAGMOTOR_LIBRARY") is None
-"""
-
-
-@pytest.mark.skipif(bool(FOREIGN), reason="Python is for this processor")
-@pytest.mark.parametrize("first", [False, True])
-def test_a_program_in_c_may_embed_python(first):
-    """Python registers its plugins, or takes those that the program has registered before."""
-    command = [sys.executable, "-c", EMBEDDED.format(first=first), mujoco_library()._name]
-    outside = {name: value for name, value in os.environ.items() if name != SWITCH}
-    done = subprocess.run(
-        [*command, library_path(), TOP], env=outside, capture_output=True, text=True, check=True
-    )
-    registered, state = done.stdout.splitlines()
-    # Another library may be there, for older processors.
-    assert registered in (("2 None", "2 0") if first else ("0 0",))
-    assert ("a program that embeds Python uses it" in done.stderr) == first
-    model = mujoco.MjModel.from_xml_path(str(TOP))
-    assert state == np.array(state_after(model, 10)[model.nq :]).tobytes().hex()

@@ -140,11 +140,22 @@ def test_indices_that_lead_nowhere_have_the_same_words():
     assert found == [*expected, "names of the model: must end with a zero", ""]
 
 
+FAILED = 2 * ["nan"] + 2 * ["0x0p+0"]
+
+
 def test_an_error_that_nobody_handles_is_a_warning(tmp_path):
     (path,) = written(tmp_path, [slider(name="m%", qpos="-1 0")])
     lines = run("unhandled", 1, [path]).stdout.splitlines()
     assert lines[0] == f"{error_of(path)}; the state is set to NaN"
-    assert lines[-1].split() == 2 * ["nan"] + 2 * ["0x0p+0"]
+    assert lines[-1].split() == FAILED
+
+
+def test_a_handler_of_logs_receives_errors(tmp_path):
+    (path,) = written(tmp_path, [slider(name="m%", qpos="-1 0")])
+    assert run("logged", 1, [path]).stdout == error_of(path) + END
+    error, state = run("returned", 1, [path]).stdout.splitlines()
+    assert error == error_of(path)
+    assert state.split() == FAILED
 
 
 def test_notices_have_the_same_words(tmp_path, monkeypatch, capfd):
@@ -178,3 +189,13 @@ def test_notices_have_the_same_words(tmp_path, monkeypatch, capfd):
         assert "".join(done.stderr.splitlines(True)[: said.count("\n")]) == said
         sentences |= {warned, said}
     assert len(sentences) > 10
+
+
+def test_each_model_has_its_notices(tmp_path):
+    """The second one has a notice of the same kind, with other words."""
+    bare = slider(act="dipoles").replace('<config key="act" value="dipoles"/>', "")
+    given = bare.replace("<custom>", '<custom><text name="{}" data="dipoles"/>')
+    first, second = written(tmp_path, [given.format("a_magmotor"), given.format("b_magmotor")])
+    found = run("unhandled", 0, [first, second, first]).stdout
+    assert "'b_magmotor'" in found
+    assert found.count("'a_magmotor'") == 1  # a sentence is given once

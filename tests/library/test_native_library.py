@@ -122,6 +122,21 @@ def test_programs_need_no_numba(tmp_path):
     _run(program, str(ROOT))
 
 
+def test_without_library_and_numba_the_error_of_a_model_says_what_is_missing():
+    program = """
+    import sys
+    sys.modules["numba"] = None
+    import mujoco
+    try:
+        mujoco.MjModel.from_xml_path(sys.argv[1] + "/models/levitation.xml")
+    except ValueError as error:
+        print(error)
+    """
+    done = _run(program, str(ROOT), MAGMOTOR_LIBRARY="0")
+    assert 'numba is not installed: pip install "magmotor[numba]"' in done.stdout
+    assert done.stderr == ""
+
+
 @BUILT
 def test_the_library_has_the_bits_of_numba():
     """Each program prints what depends on every kernel; one of them compiles all by Numba."""

@@ -117,13 +117,7 @@ class NativeLibrary:
 
 @contextmanager
 def _registering_nothing() -> Iterator[None]:
-    """Let a library that is loaded in the block register no plugins with MuJoCo.
-
-    It does so only where MuJoCo's symbols are visible, as in a C program that embeds Python.
-    """
-    if not hasattr(ctypes.CDLL(None), "mjp_registerPlugin"):
-        yield
-        return
+    """Let a library that is loaded in the block register no plugins with MuJoCo; Python does it."""
     before = os.environ.get(SWITCH)
     os.environ[SWITCH] = "0"
     try:
