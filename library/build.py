@@ -45,7 +45,7 @@ LEVEL_NUMBERS = {"x86-64-v3": 3, "x86-64-v4": 4}
 
 FLAGS = (
     "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror",
-    "-Wl,--build-id=none", "-Wl,--no-undefined", "-Wl,-z,noexecstack", "-s",
+    "-Wl,--build-id=none", "-Wl,--no-undefined", "-Wl,-z,noexecstack", "-Wl,-z,nodelete", "-s",
 )  # fmt: skip
 
 
@@ -122,7 +122,7 @@ def link(level: str, folder: Path, path: Path, compiler: str) -> None:
     result = folder / "library.so"
     sources = [*map(str, sorted(HERE.glob("*.c"))), str(folder / "functions.o")]
     options = [*FLAGS, f"-I{folder}", f"-DLEVEL={LEVEL_NUMBERS.get(level, 0)}", "-o", str(result)]
-    subprocess.run([compiler, *options, *sources, "-lm"], check=True)
+    subprocess.run([compiler, *options, *sources, "-lm", "-ldl"], check=True)
     description = json.loads((folder / "description.json").read_text(encoding="utf-8"))
     description["made_from"] = made_from()
     path.parent.mkdir(exist_ok=True)
