@@ -81,7 +81,7 @@ __attribute__((constructor)) static void register_plugins(void) {
   const char *mode = getenv("MAGMOTOR_LIBRARY"), *missing;
   if (mode && !strcmp(mode, "0")) return;
   if (!OF_MUJOCO(mj_version)) {
-    fprintf(stderr, "magmotor: nothing is registered: MuJoCo must be loaded before this library\n");
+    fprintf(stderr, "magmotor: nothing is registered: MuJoCo is not loaded, or exports nothing\n");
     return;
   }
   if (!magmotor_is_supported()) {

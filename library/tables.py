@@ -2,7 +2,7 @@
 
 Compiled code finds functions and variables through cells. In Python, each is bound when it is
 needed. In C, they have initial values: the same functions, and variables with the same contents.
-The linker finds MuJoCo's functions when the library is loaded, if it is there.
+The C part looks up MuJoCo's functions and variables when a program loads the library.
 """
 
 import ctypes

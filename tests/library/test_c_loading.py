@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -16,7 +17,8 @@ from magmotor.numerics.native_library import SWITCH
 from magmotor_plugin.library import library as mujoco_library
 
 pytestmark = NEEDED
-PLUGINS = "magmotor.forces", "magmotor.magnetometer"
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != SWITCH}
+"""Which does not turn the library off."""
 
 
 def compiled(folder, source, *options):
@@ -27,15 +29,12 @@ def compiled(folder, source, *options):
     return path
 
 
-def names(done):
-    return [line.split()[0] for line in done.stdout.splitlines()]
-
-
 def test_a_folder_may_have_several_libraries_and_links(tmp_path):
     shutil.copy(library_path(), tmp_path / "libfirst.so")
     (tmp_path / "libsecond.so").symlink_to(library_path())
     done = run("plugins", 0, [TOP], library=f"{tmp_path}/")
-    assert names(done) == [*PLUGINS]
+    found = [line.split()[0] for line in done.stdout.splitlines()]
+    assert found == ["magmotor.forces", "magmotor.magnetometer"]
     assert done.stderr == ""
 
 
@@ -53,14 +52,29 @@ def test_mujoco_may_be_loaded_by_a_plugin_of_the_program(tmp_path):
     """Its symbols are not visible then, as in nodes of ROS 2, in Julia and in Python."""
     loader = compiled(tmp_path, LOADER)
     (path,) = written(tmp_path, [NEEDLE])
-    host = program("-shared", "-fPIC")
-    library = library_path()
-    command = [loader, host, library, "steps", "100", path]
-    environment = {name: value for name, value in os.environ.items() if name != SWITCH}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    done = run("steps", 100, [path], by=(loader, program("-shared", "-fPIC")))
     model = mujoco.MjModel.from_xml_path(str(path))
     assert numbers(done.stdout) == state_after(model, 100)
     assert done.stderr == ""
+
+
+CLOSING = """
+#include <dlfcn.h>
+#include <mujoco/mujoco.h>
+
+int main(int count, char **arguments) {
+  for (int k = 0; k < 1000; k++) dlclose(dlopen(arguments[1], RTLD_NOW));
+  return count != 3 || !mj_loadXML(arguments[2], NULL, NULL, 0);
+}
+"""
+
+
+def test_it_stays_when_a_program_closes_it(tmp_path):
+    """MuJoCo has the addresses of its functions."""
+    mujoco_file = Path(mujoco_library()._name)
+    include = f"-I{mujoco_file.parent / 'include'}"
+    closing = compiled(tmp_path, CLOSING, include, mujoco_file, f"-Wl,-rpath,{mujoco_file.parent}")
+    subprocess.run([closing, library_path(), TOP], env=ENVIRONMENT, check=True)
 
 
 WITHOUT_MUJOCO = """
@@ -75,7 +89,7 @@ int main(int count, char **arguments) {
 @pytest.mark.parametrize(
     ("version", "reason"),
     [
-        ("", "MuJoCo must be loaded before this library"),
+        ("", "MuJoCo is not loaded, or exports nothing\n"),
         ("int mj_version(void) { return 4000000; }", "MuJoCo has no function "),
         (
             "int mj_version(void) { return 5001002; }",
@@ -86,7 +100,9 @@ int main(int count, char **arguments) {
 )
 def test_what_is_not_mujoco_is_refused(version, reason, tmp_path):
     one = compiled(tmp_path, version + WITHOUT_MUJOCO, "-rdynamic")
-    done = subprocess.run([one, library_path()], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [one, library_path()], env=ENVIRONMENT, capture_output=True, text=True, check=True
+    )
     assert done.stderr.startswith(f"magmotor: nothing is registered: {reason}")
     assert done.stderr.count("\n") == 1
 
@@ -121,9 +137,8 @@ assert os.environ.get("MAGMOTOR_LIBRARY") is None
 def test_a_program_in_c_may_embed_python(first):
     """Python registers its plugins, or takes those that the program has registered before."""
     command = [sys.executable, "-c", EMBEDDED.format(first=first), mujoco_library()._name]
-    outside = {name: value for name, value in os.environ.items() if name != SWITCH}
     done = subprocess.run(
-        [*command, library_path(), TOP], env=outside, capture_output=True, text=True, check=True
+        [*command, library_path(), TOP], env=ENVIRONMENT, capture_output=True, text=True, check=True
     )
     registered, state = done.stdout.splitlines()
     # Another library may be there, for older processors.
