@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from numba import typeof
 
 import magmotor as mm
 from library.ahead_of_time import kind_of
+from magmotor.common.files import is_private
 from magmotor.mjcf import layout
 from magmotor.mjcf.declarations import reader
 from magmotor.numerics import native_library
@@ -61,6 +63,67 @@ def test_a_file_that_others_can_write_to_is_not_loaded(tmp_path):
     tmp_path.chmod(0o777)
     with pytest.raises(UnfitLibraryError):
         described(path)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "is_refused"),
+    [
+        (lambda code, library: [os.chown(each, 4321, 0) for each in (code, library)], False),
+        (lambda _, library: os.chown(library, 4321, 0), True),
+        (lambda code, _: os.chown(code, 4321, 0), False),
+        (lambda code, library: [_open_to_group(each) for each in (code, library)], False),
+        (lambda _, library: _open_to_group(library), True),
+        (lambda code, library: [each.chmod(0o666) for each in (code, library)], True),
+    ],
+    ids=[
+        "installed by another user", "of another user", "in the package of another user",
+        "installed by a group", "of a group", "of everybody",
+    ],
+)  # fmt: skip
+def test_who_can_change_the_package_may_change_the_library(
+    spoil, is_refused, tmp_path, monkeypatch
+):
+    """Such users need no library to run code in this process."""
+    path, code = tmp_path / "library.so", tmp_path / "code.py"
+    path.write_bytes(with_description(b"", DESCRIPTION))
+    code.touch()
+    monkeypatch.setattr(native_library, "__file__", str(code))
+    try:
+        spoil(code, path)
+    except PermissionError:
+        pytest.skip("only root can give a file away")
+    if is_refused:
+        with pytest.raises(UnfitLibraryError):
+            described(path)
+    else:
+        assert described(path) == DESCRIPTION
+
+
+def _open_to_group(path):
+    """Let a group write that no user has alone."""
+    os.chown(path, -1, 4321)
+    path.chmod(0o664)
+
+
+@pytest.mark.parametrize(
+    ("name", "members", "is_own"),
+    [("user", [], True), ("user", ["user"], True), ("user", ["other"], False), ("users", [], False),
+     (None, [], False)],
+)  # fmt: skip
+def test_the_group_that_a_user_has_alone_is_the_user(name, members, is_own, tmp_path, monkeypatch):
+    """With a umask of 002, which many systems set for such groups, all files are open to them."""
+
+    def group(_):
+        if name is None:
+            raise KeyError
+        return SimpleNamespace(gr_name=name, gr_mem=members)
+
+    monkeypatch.setattr("pwd.getpwuid", lambda _: SimpleNamespace(pw_name="user"))
+    monkeypatch.setattr("grp.getgrgid", group)
+    path = tmp_path / "file"
+    path.touch()
+    path.chmod(0o664)
+    assert is_private(str(path)) == is_own
 
 
 def test_what_is_no_object_is_named_and_the_rest_works(tmp_path, monkeypatch):

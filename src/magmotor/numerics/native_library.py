@@ -66,8 +66,8 @@ class NativeLibrary:
     Raises
     ------
     UnfitLibraryError
-        The file is damaged, foreign, of another format or for another machine, or others can write
-        to it, or use it in this process.
+        The file is damaged, foreign, of another format or for another machine, or users who cannot
+        write to the package can write to it, or others use it in this process.
     """
 
     def __init__(self, path: Path) -> None:
@@ -148,7 +148,8 @@ def described(path: Path) -> dict[str, Any]:
         See `NativeLibrary`.
     """
     try:
-        if hasattr(os, "getuid") and not is_private(str(path)):
+        # Who can change the package has more than its library.
+        if hasattr(os, "getuid") and not is_private(str(path), like=__file__):
             raise UnfitLibraryError("others can write to it")
         content = path.read_bytes()
     except OSError as error:
