@@ -122,23 +122,43 @@ class _Implementation(CompileResultCacheImpl):
 
 
 class CodeCache(FunctionCache):
-    """Numba's cache of a function, with these files; it calls `missing` if they lack code."""
+    """Numba's cache of a function, with these files.
+
+    Parameters
+    ----------
+    function : function
+    is_true : callable
+        Whether the code is now what the name of the files says.
+    missing : callable
+        Called if the files lack code.
+    """
 
     _impl_class = _Implementation
 
-    def __init__(self, function: Any, missing: Callable[[], object] = lambda: None):
+    def __init__(
+        self,
+        function: Any,
+        is_true: Callable[[], bool] = lambda: True,
+        missing: Callable[[], object] = lambda: None,
+    ):
         super().__init__(function)
         self.files = CodeFiles(getfile(function), self.cache_path, self._impl.filename_base)
         self._cache_file: Any = self.files  # Numba's name
-        self._missing = missing
+        self._is_true, self._missing = is_true, missing
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         found = None
-        with suppress(Exception):  # a whole file, but made with another version of what it needs
-            found = super()._load_overload(sig, target_context)
+        if self._is_true():
+            with suppress(Exception):  # a whole file, but made with another version of what it needs
+                found = super()._load_overload(sig, target_context)
         if found is None:
             self._missing()
         return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep code that has been compiled."""
+        if self._is_true():
+            super().save_overload(sig, data)
 
 
 def _chosen() -> str:
