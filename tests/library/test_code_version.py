@@ -400,6 +400,22 @@ def test_the_line_says_how_far_it_is(made, capsys):
     assert notice.progress() == (0, 2)  # the first is compiled already
 
 
+def test_the_line_says_that_the_library_is_older_than_the_sources(
+    version, tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "changed" / "kernel.py").write_text(KERNEL.format("A"))
+    kernel = version("constants.py", PACKAGE["constants.py"])
+    notice = compilation_notice.CompilationNotice(after=0.2)
+    monkeypatch.setattr(numba_cache, "COMPILATION", notice)
+    monkeypatch.setattr(numba_cache.native_library, "has_changed", lambda *_: True)
+    with notice.running():
+        kernel()
+        until = time.monotonic() + 60
+        while not notice._printed and time.monotonic() < until:
+            time.sleep(0.01)
+    assert capsys.readouterr().err.startswith(compilation_notice.CHANGED)
+
+
 class Terminal(io.StringIO):
     """A stream that says it is a terminal."""
 

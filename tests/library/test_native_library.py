@@ -12,6 +12,7 @@ from numba import typeof
 
 import magmotor as mm
 from library.ahead_of_time import kind_of
+from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import is_private
 from magmotor.mjcf import layout
 from magmotor.mjcf.declarations import reader
@@ -151,8 +152,20 @@ def test_the_library_is_not_used_if_its_sources_or_the_layout_are_others(monkeyp
     assert native_library.versions(define, by)
     other = layout.current()._replace(nbody=layout.current().nbody + 8)
     assert not native_library.versions(define, (other,))
+    assert not native_library.has_changed(define, by)
     monkeypatch.setattr(native_library.dependencies, "checksum_of", lambda _: 0)
     assert not native_library.versions(define, by)
+    assert native_library.has_changed(define, by)
+    assert not native_library.has_changed(define, (*by, "unknown"))
+
+
+def test_the_switch_of_the_library_is_0_or_1(monkeypatch):
+    monkeypatch.setenv(native_library.SWITCH, "off")
+    with pytest.raises(ArgumentError) as found:
+        native_library.library.__wrapped__()
+    assert str(found.value) == "MAGMOTOR_LIBRARY = 'off': must be 0 or 1, in the environment"
+    monkeypatch.setenv(native_library.SWITCH, "0")
+    assert native_library.library.__wrapped__() is None
 
 
 @BUILT

@@ -372,6 +372,12 @@ def test_the_switch_puts_the_library_into_the_wheel_and_takes_numba_out(with_lib
     assert metadata["dependencies"] == ["mujoco>=3.11", "numpy>=2.1"]
 
 
+def test_the_switch_is_0_or_1(monkeypatch):
+    monkeypatch.setenv("MAGMOTOR_LIBRARY", "yes")
+    with pytest.raises(RuntimeError, match="MAGMOTOR_LIBRARY = 'yes': must be 0 or 1"):
+        build_hook.wanted()
+
+
 def test_a_library_that_the_tag_would_not_describe_makes_no_wheel(with_library, monkeypatch):
     monkeypatch.setenv("MAGMOTOR_LIBRARY", "1")
     folder = Path(with_library.root, build_hook.FOLDER)

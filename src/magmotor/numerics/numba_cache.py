@@ -20,7 +20,7 @@ from numba.core.ccallback import CFunc
 from numba.core.codegen import get_host_cpu_features
 from numba.core.sigutils import normalize_signature
 
-from magmotor.numerics import dependencies
+from magmotor.numerics import dependencies, native_library
 from magmotor.numerics.code_files import CodeCache
 from magmotor.numerics.compilation_notice import COMPILATION, CompilationNotice
 from magmotor.numerics.dependencies import Defined
@@ -64,7 +64,9 @@ def compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:
     kept = CodeCache(
         function,
         is_true=lambda: dependencies.are_unchanged(define),
-        missing=lambda: COMPILATION.expect(dependencies.subroutines_of(define)),
+        missing=lambda: COMPILATION.expect(
+            dependencies.subroutines_of(define), native_library.has_changed(define, defined.by)
+        ),
     )
     if not signature:
         dispatcher: Any = njit(**options)(function)
