@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,6 +18,7 @@ from magmotor.common.files import is_private
 from magmotor.mjcf import layout
 from magmotor.mjcf.declarations import reader
 from magmotor.numerics import native_library
+from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.native_calls import _packed
 from magmotor.numerics.native_library import UnfitLibraryError, described, with_description
 
@@ -243,6 +245,38 @@ def test_the_library_has_the_bits_of_numba():
     here, there = _run(program, str(ROOT)), _run(program, str(ROOT), MAGMOTOR_LIBRARY="0")
     assert int(here.stdout.split()[0]) > 100
     assert here.stdout == there.stdout
+
+
+def test_a_thread_that_looks_into_the_library_lets_others_go_on(monkeypatch):
+    """With a lock, a process that is forked meanwhile would wait forever."""
+    looking, found = threading.Event(), threading.Event()
+
+    def versions(_, by):
+        if by == (1,):
+            looking.set()
+            assert found.wait(60)
+        return []
+
+    monkeypatch.setattr(native_library, "versions", versions)
+    one, other = (compiled_once()(_shifted)(by) for by in (1, 2))
+    thread = threading.Thread(target=one, args=(1.0,))
+    thread.start()
+    assert looking.wait(60)
+    caller = threading.Thread(target=other.compile_for, args=(1.0,), daemon=True)
+    caller.start()
+    caller.join(30)
+    is_waiting = caller.is_alive()
+    found.set()
+    thread.join()
+    assert not is_waiting
+
+
+def _shifted(checksum, number):
+    def function(x):
+        _ = checksum
+        return x + number
+
+    return function
 
 
 def _run(program: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess:
