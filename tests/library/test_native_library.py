@@ -13,6 +13,7 @@ from numba import typeof
 
 import magmotor as mm
 from library.ahead_of_time import kind_of
+from magmotor import dipoles
 from magmotor.common.exceptions import ArgumentError
 from magmotor.common.files import is_private
 from magmotor.mjcf import layout
@@ -20,7 +21,7 @@ from magmotor.mjcf.declarations import reader
 from magmotor.numerics import native_library
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.native_calls import _packed
-from magmotor.numerics.native_library import UnfitLibraryError, described, with_description
+from magmotor.numerics.native_library import NativeLibrary, UnfitLibraryError, described, with_description
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = native_library.library()
@@ -159,6 +160,81 @@ def test_the_library_is_not_used_if_its_sources_or_the_layout_are_others(monkeyp
     assert not native_library.versions(define, by)
     assert native_library.has_changed(define, by)
     assert not native_library.has_changed(define, (*by, "unknown"))
+
+
+@BUILT
+def test_offsets_in_another_order_are_those_of_another_layout():
+    """Otherwise, code would read a number of the layout for another one."""
+    assert LIBRARY is not None
+    define, by = reader.compiled.__wrapped__, (layout.current(),)
+    again = NativeLibrary(LIBRARY.path)
+    assert again.versions(define, by)
+    again = NativeLibrary(LIBRARY.path)
+    again.description["offsets"].reverse()
+    assert not again.versions(define, by)
+
+
+@pytest.mark.parametrize(
+    ("built", "supported", "taken"),
+    [
+        (("v3", "v4"), ("v3", "v4"), "v4"),
+        (("v3", "v4"), ("v3",), "v3"),
+        (("v3",), ("v3", "v4"), "v3"),
+        (("v4",), ("v3",), None),
+        ((), ("v3", "v4"), None),
+    ],
+)
+def test_the_best_library_is_taken_that_the_processor_supports(
+    built, supported, taken, tmp_path, monkeypatch
+):
+    class Library:
+        def __init__(self, path):
+            self.level = path.stem.removeprefix("libmagmotor-x86-64-")
+
+        def runs_here(self):
+            return self.level in supported
+
+    for level in built:
+        (tmp_path / f"libmagmotor-x86-64-{level}.so").touch()
+    bound = []
+    monkeypatch.setattr(native_library, "FOLDER", tmp_path)
+    monkeypatch.setattr(native_library, "NativeLibrary", Library)
+    monkeypatch.setattr(native_library.symbols, "bind_in", bound.append)
+    monkeypatch.setattr(native_library.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(native_library.sys, "platform", "linux")
+    monkeypatch.delenv(native_library.SWITCH, raising=False)
+    found = native_library.library.__wrapped__()
+    assert (found.level if found else None) == taken
+    assert bound == [found] * (found is not None)
+
+
+@BUILT
+def test_other_threads_go_on_while_the_library_computes():
+    """This thread keeps the GIL for 1000 s unless a call releases it."""
+    interval, done, woken = sys.getswitchinterval(), threading.Event(), []
+
+    def wake():
+        while not done.wait(1e-3):
+            woken.append(1)
+
+    targets, sources = np.ones((4096, 6)), np.zeros((6, 4096))
+    arguments = targets, sources, np.empty((4096, 7))
+    call = dipoles._force_and_field._call_with(arguments)
+    assert call is not None
+    thread = threading.Thread(target=wake)
+    try:
+        sys.setswitchinterval(1000)
+        thread.start()
+        before, calls = len(woken), 0
+        while len(woken) == before and calls < 1000:  # the other thread may take a while
+            call()
+            calls += 1
+        goes_on = len(woken) > before
+    finally:
+        sys.setswitchinterval(interval)
+        done.set()
+        thread.join()
+    assert goes_on
 
 
 def test_the_switch_of_the_library_is_0_or_1(monkeypatch):
