@@ -59,7 +59,8 @@ class Library(BuildHookInterface):
             return
         machine = platform.machine()
         if sys.platform != "linux" or machine not in LEVELS:
-            raise RuntimeError(f"MAGMOTOR_LIBRARY=1: there is no library for {machine}")
+            here = f"{sys.platform} on {machine}"
+            raise RuntimeError(f"MAGMOTOR_LIBRARY=1: there is no library for {here}")
         command = [sys.executable, "-m", "library.build", *LEVELS[machine]]
         subprocess.run(command, cwd=self.root, check=True)
         for level in LEVELS[machine]:

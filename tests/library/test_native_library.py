@@ -1,9 +1,12 @@
 """The library that is compiled ahead of time: which one is taken, and how Python calls it."""
 
+import ctypes
 import os
+import struct
 import subprocess
 import sys
 import threading
+import weakref
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,8 +23,14 @@ from magmotor.mjcf import layout
 from magmotor.mjcf.declarations import reader
 from magmotor.numerics import native_library
 from magmotor.numerics.compiled_once import compiled_once
-from magmotor.numerics.native_calls import _packed
-from magmotor.numerics.native_library import NativeLibrary, UnfitLibraryError, described, with_description
+from magmotor.numerics.native_calls import NativeFunction, _packed
+from magmotor.numerics.native_library import (
+    NativeLibrary,
+    UnfitLibraryError,
+    Version,
+    described,
+    with_description,
+)
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = native_library.library()
@@ -130,6 +139,36 @@ def test_the_group_that_a_user_has_alone_is_the_user(name, members, is_own, tmp_
     assert is_private(str(path)) == is_own
 
 
+def test_a_link_is_as_private_as_what_it_leads_to(tmp_path):
+    path, link = tmp_path / "file", tmp_path / "link"
+    path.touch()
+    link.symlink_to("file")
+    assert is_private(str(link))
+    path.chmod(0o666)
+    assert not is_private(str(link))
+
+
+def test_in_a_folder_for_all_users_each_has_private_files(tmp_path):
+    """As in that for temporary files, where nobody can replace what another has made."""
+    path = tmp_path / "file"
+    path.touch()
+    tmp_path.chmod(0o1777)
+    assert is_private(str(path))
+    assert not is_private(str(tmp_path))
+
+
+def test_the_files_of_the_user_are_private(tmp_path, monkeypatch):
+    path = tmp_path / "file"
+    path.touch()
+    try:
+        os.chown(path, 4321, -1)
+    except PermissionError:
+        pytest.skip("only root can give a file away")
+    assert not is_private(str(path))
+    monkeypatch.setattr(os, "getuid", lambda: 4321)
+    assert is_private(str(path))
+
+
 def test_what_is_no_object_is_named_and_the_rest_works(tmp_path, monkeypatch):
     folder = tmp_path / "native"
     folder.mkdir()
@@ -162,6 +201,18 @@ def test_the_library_is_not_used_if_its_sources_or_the_layout_are_others(monkeyp
     assert not native_library.has_changed(define, (*by, "unknown"))
 
 
+@pytest.mark.parametrize("before", [None, "1"])
+def test_a_library_registers_no_plugins_in_python_whatever_is_visible(before, monkeypatch):
+    visible = SimpleNamespace(mjp_registerPlugin=None)
+    monkeypatch.setattr(native_library.ctypes, "CDLL", lambda _: visible)
+    monkeypatch.delenv(native_library.SWITCH, raising=False)
+    if before is not None:
+        monkeypatch.setenv(native_library.SWITCH, before)
+    with native_library._registering_nothing():
+        assert os.environ[native_library.SWITCH] == "0"
+    assert os.environ.get(native_library.SWITCH) == before
+
+
 @BUILT
 def test_offsets_in_another_order_are_those_of_another_layout():
     """Otherwise, code would read a number of the layout for another one."""
@@ -181,6 +232,7 @@ def test_offsets_in_another_order_are_those_of_another_layout():
         (("v3", "v4"), ("v3",), "v3"),
         (("v3",), ("v3", "v4"), "v3"),
         (("v4",), ("v3",), None),
+        (("v3", "damaged v4"), ("v3", "v4"), "v3"),
         ((), ("v3", "v4"), None),
     ],
 )
@@ -190,12 +242,14 @@ def test_the_best_library_is_taken_that_the_processor_supports(
     class Library:
         def __init__(self, path):
             self.level = path.stem.removeprefix("libmagmotor-x86-64-")
+            if self.level not in built:
+                raise UnfitLibraryError("it is damaged")
 
         def runs_here(self):
             return self.level in supported
 
     for level in built:
-        (tmp_path / f"libmagmotor-x86-64-{level}.so").touch()
+        (tmp_path / f"libmagmotor-x86-64-{level.split()[-1]}.so").touch()
     bound = []
     monkeypatch.setattr(native_library, "FOLDER", tmp_path)
     monkeypatch.setattr(native_library, "NativeLibrary", Library)
@@ -375,7 +429,7 @@ def _run(program: str, *arguments: str, **environment: str) -> subprocess.Comple
         np.float64(2.5), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3), order="F"),
         np.zeros((4, 4))[::2, ::2], np.zeros((2, 0)), np.zeros(3, int), np.zeros((2, 3, 4)),
         np.broadcast_to(0.0, (2, 2)), (), (1, 2.0), (np.zeros(2), (True, 3)), None, (None, 2.0),
-        np.longlong(5),
+        np.longlong(5), np.uint64(5), np.ulonglong(5),
     ],
     ids=repr,
 )  # fmt: skip
@@ -406,9 +460,55 @@ def test_errors_are_those_of_numba():
 
 def test_words_of_arguments_are_those_that_numba_passes():
     array = np.arange(6.0).reshape(2, 3)
-    kind, words = _packed((array, 1.5, True, np.uint64(2**64 - 1)))
+    kind, words = _packed((array, 1.5, True, np.uint64(2**64 - 1), None, 7))
     found = [*np.frombuffer(words, np.int64)]
-    assert kind == "(d2C,d,?,Q)"
+    assert kind == "(d2C,d,?,Q,NoneType,q)"
     assert found[:9] == [0, 0, 6, 8, array.ctypes.data, 2, 3, 24, 8]
     assert found[9] == np.float64(1.5).view(np.int64)
-    assert found[10:] == [1, -1]
+    assert found[10:] == [1, -1, 0, 7]
+
+
+@pytest.mark.parametrize(
+    ("format", "words", "result"),
+    [("", [], None), ("q", [-3], -3), ("qd", [-3, 2], (-3, 2.0)), ("?", [1], True)],
+)
+def test_results_are_those_of_python(format, words, result):
+    @ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p)
+    def compiled(_, room):
+        struct.pack_into(f"<{format}", (ctypes.c_char * 16).from_address(room), 0, *words)
+        return 0
+
+    call = _native(compiled, "q", format).call_with((1,))
+    assert call is not None
+    assert call() == result
+
+
+def test_each_call_passes_its_own_arguments():
+    """Words of tuples are kept from call to call, those of arrays are not."""
+    found = []
+
+    @ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p)
+    def compiled(words, _):
+        found.append([*(ctypes.c_int64 * 12).from_address(words)])
+        return 0
+
+    function = _native(compiled, "(q,q),q,d1C,q", "")
+    first, second, array = (1, 2), (3, 4), np.zeros(2)
+    for arguments in ((first, 5, array, 6), (first, 7, array, 8), (second, 5, array, 6)):
+        call = function.call_with(arguments)
+        assert call is not None
+        call()
+    numbers = [[*words[:3], words[10]] for words in found]
+    assert numbers == [[1, 2, 5, 6], [1, 2, 7, 8], [3, 4, 5, 6]]
+    kept = weakref.ref(array)
+    del array, arguments, call
+    assert kept() is None
+
+
+def test_a_function_that_the_library_lacks_takes_all_arguments():
+    assert NativeFunction([]).call_with((2**64,)) is None
+
+
+def _native(compiled, arguments, result):
+    address = ctypes.cast(compiled, ctypes.c_void_p).value or 0
+    return NativeFunction([Version(address, arguments, result)])

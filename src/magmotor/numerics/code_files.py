@@ -74,7 +74,7 @@ class CodeFiles:
         return any(self._content(path) is not None for paths in found for path in paths)
 
     def _content(self, path: Path) -> bytes | None:
-        """Return what a file has behind its checksum; None if it is missing, damaged or not ours."""
+        """Return what a file has behind its checksum; None if it is missing, damaged or unsafe."""
         try:
             content = path.read_bytes()
             checksum, rest = content[:_SIZE], content[_SIZE:]
@@ -149,7 +149,7 @@ class CodeCache(FunctionCache):
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         found = None
         if self._is_true():
-            with suppress(Exception):  # a whole file, but made with another version of what it needs
+            with suppress(Exception):  # a whole file, but made with another version of Numba
                 found = super()._load_overload(sig, target_context)
         if found is None:
             self._missing()

@@ -38,21 +38,17 @@ def compiled_once(signature: Signature | None = None, **options: Any) -> Callabl
 
     def decorate(define: Callable) -> Callable:
         @cache
-        def defined(*by: Any) -> Defined:
-            return dependencies.defined(define, by)
-
-        @cache
         def compiled(*by: Any) -> Any:
             if text and (in_library := native_library.versions(define, by)):
                 return CFunction(in_library[0].address)
-            found = defined(*by)
+            found = dependencies.defined(define, by)
             function = CompiledFunction(partial(_compiled, found, text, options), found)
             return function.real if text else function
 
         def is_cached(*by: Any) -> bool:
             if native_library.versions(define, by):
                 return True
-            return _numba_cache().is_cached(defined(*by))
+            return _numba_cache().is_cached(dependencies.defined(define, by))
 
         wrapper: Any = update_wrapper(compiled, define)
         wrapper.is_cached = is_cached
@@ -97,9 +93,10 @@ class CompiledFunction(Deferred):
     def compile_for(self, *args: Any) -> None:
         """Compile for such arguments here, if need be: Ctrl-C would not end it in a new thread."""
         if self._call_with(args) is None:
+            function = self.real  # which imports Numba, or says how to install it
             from numba import typeof
 
-            self.real.compile(tuple(map(typeof, args)))
+            function.compile(tuple(map(typeof, args)))
 
 
 def _compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:

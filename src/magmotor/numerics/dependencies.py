@@ -153,7 +153,7 @@ def subroutines_of(*functions: Callable) -> set[Callable]:
 
 
 def _values(function: Any) -> Iterator[tuple[str, Any]]:
-    """Yield what a function refers to, with full names: cells, and globals, also through modules."""
+    """Yield cells and global values of a function, also through modules, with full names."""
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         yield f"{function.__qualname__}.{name}", cell.cell_contents
     names = set(_names(function.__code__))
