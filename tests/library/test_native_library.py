@@ -9,6 +9,7 @@ import threading
 import weakref
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -257,7 +258,7 @@ def test_the_best_library_is_taken_that_the_processor_supports(
     monkeypatch.setattr(native_library.platform, "machine", lambda: "x86_64")
     monkeypatch.setattr(native_library.sys, "platform", "linux")
     monkeypatch.delenv(native_library.SWITCH, raising=False)
-    found = native_library.library.__wrapped__()
+    found: Any = native_library.library.__wrapped__()
     assert (found.level if found else None) == taken
     assert bound == [found] * (found is not None)
 
