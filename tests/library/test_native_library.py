@@ -11,11 +11,13 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from numba import typeof
 
 import magmotor as mm
+from library import layouts, tables
 from library.ahead_of_time import kind_of
 from magmotor import dipoles
 from magmotor.common.exceptions import ArgumentError
@@ -513,3 +515,9 @@ def test_a_function_that_the_library_lacks_takes_all_arguments():
 def _native(compiled, arguments, result):
     address = ctypes.cast(compiled, ctypes.c_void_p).value or 0
     return NativeFunction([Version(address, arguments, result)])
+
+
+def test_the_table_of_versions_has_the_one_that_is_installed(monkeypatch):
+    monkeypatch.setattr(layouts, "known", dict)
+    (row,) = tables.versions().splitlines()
+    assert row.startswith(f'VERSION({mujoco.mj_version()}, "{mujoco.mj_versionString()}", ')
