@@ -151,7 +151,7 @@ endef
 	$(call install,.venv,,-e '.[movies]',once: 1 GB and half a minute,dm-control)
 
 .venv/dev-ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e '.[dev]',once: 1.5 GB and one or two minutes,dm-control)
+	$(call install,.venv,,-e '.[dev]',once: 1.9 GB and one or two minutes,dm-control)
 
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
 	$(call install,.venv-compat,s/^mujoco==.*/mujoco==3.17.*/;/^mujoco-/d,-e '.[movies]' pytest pytest-xdist,once: 1 GB and about a minute,dm-control)

@@ -24,7 +24,10 @@ GLIBC = (2, 17)
 
 def wanted() -> bool:
     """Whether the wheel shall contain the library."""
-    return os.environ.get("MAGMOTOR_LIBRARY") == "1"
+    mode = os.environ.get("MAGMOTOR_LIBRARY") or "0"
+    if mode not in ("0", "1"):
+        raise RuntimeError(f"MAGMOTOR_LIBRARY = {mode!r}: must be 0 or 1, in the environment")
+    return mode == "1"
 
 
 class Dependencies(MetadataHookInterface):
@@ -56,7 +59,8 @@ class Library(BuildHookInterface):
             return
         machine = platform.machine()
         if sys.platform != "linux" or machine not in LEVELS:
-            raise RuntimeError(f"MAGMOTOR_LIBRARY=1: there is no library for {machine}")
+            here = f"{sys.platform} on {machine}"
+            raise RuntimeError(f"MAGMOTOR_LIBRARY=1: there is no library for {here}")
         command = [sys.executable, "-m", "library.build", *LEVELS[machine]]
         subprocess.run(command, cwd=self.root, check=True)
         for level in LEVELS[machine]:

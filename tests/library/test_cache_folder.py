@@ -148,8 +148,12 @@ def nowhere(monkeypatch, tmp_path):
     monkeypatch.setattr(dependencies, "checksum_of", lambda _: int.from_bytes(os.urandom(4)))
     monkeypatch.setenv("XDG_CACHE_HOME", "/dev/null")
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    here, may_use = str(Path(__file__).with_name("__pycache__")), code_files._may_use
-    monkeypatch.setattr(code_files, "_may_use", lambda folder: folder != here and may_use(folder))
+    here, is_private = str(Path(__file__).with_name("__pycache__")), code_files.is_private
+
+    def is_allowed(folder, like):
+        return folder != here and is_private(folder, like)
+
+    monkeypatch.setattr(code_files, "is_private", is_allowed)
     return tmp_path / f"magmotor-{os.getuid()}"
 
 

@@ -27,10 +27,10 @@ from magmotor.common.environment import data_folder
 from magmotor.common.versions import machine_versions, package_checksum
 from magmotor.devices.ball import rigid_kernel
 from magmotor.devices.disk import variational as lanes
-from magmotor.mjcf import callbacks
+from magmotor.mjcf import callbacks, memory
 from magmotor.mjcf.forces import all_forces
 from magmotor.numerics import compilation_notice, dependencies, numba_cache
-from magmotor.numerics.c_types import float64
+from magmotor.numerics.c_types import float64, int64, void
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.deferred import subroutine
 
@@ -58,6 +58,7 @@ def test_newer_code_never_opens_the_index_of_older_code(monkeypatch):
 
 
 KERNEL = """
+import numpy as np
 import changed.sub.deep
 from changed.callee import f
 from changed.constants import A, B
@@ -139,6 +140,14 @@ CHANGES: dict[str, tuple[str, tuple[float, float], str, str, str, str]] = {
         "1.0",
         "2.0",
     ),
+    "type of elements": (
+        "np.ones(1, A).nbytes",
+        (8, 4),
+        "constants.py",
+        CONSTANTS,
+        "np.dtype(np.float64), 0",
+        "np.dtype(np.float32), 0",
+    ),
     "constant two modules deep": (
         "changed.sub.deep.C",
         (1, 2),
@@ -184,6 +193,59 @@ def test_newer_code_is_never_served_from_the_cache_of_older_code(change, version
     assert [kernel() for kernel in found] == [*values, values[0]]
     hits = [sum(kernel.stats.cache_hits.values()) for kernel in found]
     assert hits == [0, 0, 1]
+
+
+@pytest.fixture
+def of_two_kernels(version, tmp_path):
+    """Import the package, whose module `kernel` has two kernels that call `f`, which reads `C`."""
+    kernel = KERNEL.format("f()")
+    second = kernel.partition("@")[2].replace("kernel", "second")
+    (tmp_path / "changed" / "kernel.py").write_text(f"{kernel}\n@{second}")
+
+    def imported():
+        version("callee.py", "C = 1.0\n" + FUNCTION.format("C"))
+        return sys.modules["changed.kernel"], sys.modules["changed.callee"]
+
+    return imported
+
+
+@pytest.mark.parametrize("before", ["definition", "compilation"])
+def test_code_with_a_changed_constant_is_not_kept(before, of_two_kernels, monkeypatch):
+    """Neither is that of a caller of a subroutine that was compiled while it was changed."""
+    kernels, callee = of_two_kernels()
+    if before == "compilation":
+        kernels.kernel()
+    monkeypatch.setattr(callee, "C", 2.0)
+    assert kernels.kernel()() == 2.0
+    monkeypatch.setattr(callee, "C", 1.0)
+    assert kernels.second()() == 2.0  # as whenever Numba has compiled what reads a global value
+    kernels, callee = of_two_kernels()
+    assert [kernels.kernel()(), kernels.second()()] == [1.0, 1.0]
+
+
+def test_code_of_before_a_constant_changed_is_not_loaded(of_two_kernels, monkeypatch):
+    kernels, _ = of_two_kernels()
+    assert kernels.kernel()() == 1.0
+    kernels, callee = of_two_kernels()
+    kernel = kernels.kernel()
+    monkeypatch.setattr(callee, "C", 2.0)
+    assert kernel() == 2.0
+
+
+def test_a_constant_may_change_after_a_subroutine_was_compiled_alone(monkeypatch):
+    monkeypatch.setattr(_raised.__wrapped__, "__module__", "magmotor.made")
+    monkeypatch.setattr(sys.modules[__name__], "LEVEL", 2.0)
+    assert njit(lambda: _raised())() == 2.0
+    monkeypatch.setattr(sys.modules[__name__], "LEVEL", 1.0)
+    assert not dependencies.are_unchanged(_raised.__wrapped__)
+
+
+LEVEL = 1.0
+
+
+@subroutine
+def _raised():
+    return LEVEL
 
 
 def test_each_processor_has_its_own_index(version, tmp_path, monkeypatch):
@@ -248,6 +310,21 @@ def test_what_is_compiled_late_is_known_by_its_symbol_and_signature():
     _, constants = dependencies.reached(inspect.unwrap(all_forces._forward))
     number = zlib.crc32(f"magmotor_all_forces_address{all_forces._APPLY}".encode())
     assert f"LateFunction.__init__.<locals>.is_ready.number = {number}" in constants
+
+
+def test_what_closures_have_is_reached():
+    """The symbol of an address, and a subroutine."""
+    address, negative = memory.function_at("a_symbol", void(int64)), _negative
+    modules, constants = dependencies.reached(lambda x: address(negative(x)))
+    symbol = "memory.variable('a_symbol',)"
+    assert f"function_at.<locals>.function.address = {symbol}" in constants
+    assert __name__ in modules
+
+
+def test_subroutines_of_other_packages_are_reached(monkeypatch):
+    monkeypatch.setattr(_negative.__wrapped__, "__module__", "elsewhere.negative")
+    modules, _ = dependencies.reached(lambda x: _negative(x))
+    assert "elsewhere.negative" in modules
 
 
 def test_the_checksum_is_that_of_the_bytes_wherever_they_are(tmp_path, monkeypatch):
@@ -323,6 +400,22 @@ def test_the_line_says_how_far_it_is(made, capsys):
     assert notice.progress() == (0, 2)  # the first is compiled already
 
 
+def test_the_line_says_that_the_library_is_older_than_the_sources(
+    version, tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "changed" / "kernel.py").write_text(KERNEL.format("A"))
+    kernel = version("constants.py", PACKAGE["constants.py"])
+    notice = compilation_notice.CompilationNotice(after=0.2)
+    monkeypatch.setattr(numba_cache, "COMPILATION", notice)
+    monkeypatch.setattr(numba_cache.native_library, "has_changed", lambda *_: True)
+    with notice.running():
+        kernel()
+        until = time.monotonic() + 60
+        while not notice._printed and time.monotonic() < until:
+            time.sleep(0.01)
+    assert capsys.readouterr().err.startswith(compilation_notice.CHANGED)
+
+
 class Terminal(io.StringIO):
     """A stream that says it is a terminal."""
 
@@ -351,9 +444,11 @@ def test_the_time_of_a_c_function_counts(tmp_path, monkeypatch):
     """Numba reports no event for it."""
     ended = compilation_notice.COMPILATION.seconds
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
-    function = compiled_once(float64(float64))(_defined)(3.0)
+    define = compiled_once(float64(float64))(_defined)
+    function = define(3.0)
+    assert compilation_notice.COMPILATION.seconds > ended  # MuJoCo cannot wait for it
     assert function.ctypes(4.0) == 7.0
-    assert compilation_notice.COMPILATION.seconds > ended
+    assert define(3.0) is function
 
 
 def test_what_will_be_compiled_is_known_before(version, tmp_path):

@@ -3,19 +3,27 @@
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
-import numpy as np
+import mujoco
 import pytest
-from numba import typeof
 
 import magmotor as mm
-from library.ahead_of_time import kind_of
+from library import layouts, tables
+from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf import layout
 from magmotor.mjcf.declarations import reader
 from magmotor.numerics import native_library
-from magmotor.numerics.native_calls import _packed
-from magmotor.numerics.native_library import UnfitLibraryError, described, with_description
+from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.native_library import (
+    NativeLibrary,
+    UnfitLibraryError,
+    described,
+    with_description,
+)
 
 ROOT = Path(__file__).parents[2]
 LIBRARY = native_library.library()
@@ -63,6 +71,46 @@ def test_a_file_that_others_can_write_to_is_not_loaded(tmp_path):
         described(path)
 
 
+@pytest.mark.parametrize(
+    ("spoil", "is_refused"),
+    [
+        (lambda code, library: [os.chown(each, 4321, 0) for each in (code, library)], False),
+        (lambda _, library: os.chown(library, 4321, 0), True),
+        (lambda code, _: os.chown(code, 4321, 0), False),
+        (lambda code, library: [_open_to_group(each) for each in (code, library)], False),
+        (lambda _, library: _open_to_group(library), True),
+        (lambda code, library: [each.chmod(0o666) for each in (code, library)], True),
+    ],
+    ids=[
+        "installed by another user", "of another user", "in the package of another user",
+        "installed by a group", "of a group", "of everybody",
+    ],
+)  # fmt: skip
+def test_who_can_change_the_package_may_change_the_library(
+    spoil, is_refused, tmp_path, monkeypatch
+):
+    """Such users need no library to run code in this process."""
+    path, code = tmp_path / "library.so", tmp_path / "code.py"
+    path.write_bytes(with_description(b"", DESCRIPTION))
+    code.touch()
+    monkeypatch.setattr(native_library, "__file__", str(code))
+    try:
+        spoil(code, path)
+    except PermissionError:
+        pytest.skip("only root can give a file away")
+    if is_refused:
+        with pytest.raises(UnfitLibraryError):
+            described(path)
+    else:
+        assert described(path) == DESCRIPTION
+
+
+def _open_to_group(path):
+    """Let a group write that no user has alone."""
+    os.chown(path, -1, 4321)
+    path.chmod(0o664)
+
+
 def test_what_is_no_object_is_named_and_the_rest_works(tmp_path, monkeypatch):
     folder = tmp_path / "native"
     folder.mkdir()
@@ -88,8 +136,81 @@ def test_the_library_is_not_used_if_its_sources_or_the_layout_are_others(monkeyp
     assert native_library.versions(define, by)
     other = layout.current()._replace(nbody=layout.current().nbody + 8)
     assert not native_library.versions(define, (other,))
+    assert not native_library.has_changed(define, by)
     monkeypatch.setattr(native_library.dependencies, "checksum_of", lambda _: 0)
     assert not native_library.versions(define, by)
+    assert native_library.has_changed(define, by)
+    assert not native_library.has_changed(define, (*by, "unknown"))
+
+
+@pytest.mark.parametrize("before", [None, "1"])
+def test_a_library_registers_no_plugins_in_python_whatever_is_visible(before, monkeypatch):
+    visible = SimpleNamespace(mjp_registerPlugin=None)
+    monkeypatch.setattr(native_library.ctypes, "CDLL", lambda _: visible)
+    monkeypatch.delenv(native_library.SWITCH, raising=False)
+    if before is not None:
+        monkeypatch.setenv(native_library.SWITCH, before)
+    with native_library._registering_nothing():
+        assert os.environ[native_library.SWITCH] == "0"
+    assert os.environ.get(native_library.SWITCH) == before
+
+
+@BUILT
+def test_offsets_in_another_order_are_those_of_another_layout():
+    """Otherwise, code would read a number of the layout for another one."""
+    assert LIBRARY is not None
+    define, by = reader.compiled.__wrapped__, (layout.current(),)
+    again = NativeLibrary(LIBRARY.path)
+    assert again.versions(define, by)
+    again = NativeLibrary(LIBRARY.path)
+    again.description["offsets"].reverse()
+    assert not again.versions(define, by)
+
+
+@pytest.mark.parametrize(
+    ("built", "supported", "taken"),
+    [
+        (("v3", "v4"), ("v3", "v4"), "v4"),
+        (("v3", "v4"), ("v3",), "v3"),
+        (("v3",), ("v3", "v4"), "v3"),
+        (("v4",), ("v3",), None),
+        (("v3", "damaged v4"), ("v3", "v4"), "v3"),
+        ((), ("v3", "v4"), None),
+    ],
+)
+def test_the_best_library_is_taken_that_the_processor_supports(
+    built, supported, taken, tmp_path, monkeypatch
+):
+    class Library:
+        def __init__(self, path):
+            self.level = path.stem.removeprefix("libmagmotor-x86-64-")
+            if self.level not in built:
+                raise UnfitLibraryError("it is damaged")
+
+        def runs_here(self):
+            return self.level in supported
+
+    for level in built:
+        (tmp_path / f"libmagmotor-x86-64-{level.split()[-1]}.so").touch()
+    bound = []
+    monkeypatch.setattr(native_library, "FOLDER", tmp_path)
+    monkeypatch.setattr(native_library, "NativeLibrary", Library)
+    monkeypatch.setattr(native_library.symbols, "bind_in", bound.append)
+    monkeypatch.setattr(native_library.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(native_library.sys, "platform", "linux")
+    monkeypatch.delenv(native_library.SWITCH, raising=False)
+    found: Any = native_library.library.__wrapped__()
+    assert (found.level if found else None) == taken
+    assert bound == [found] * (found is not None)
+
+
+def test_the_switch_of_the_library_is_0_or_1(monkeypatch):
+    monkeypatch.setenv(native_library.SWITCH, "off")
+    with pytest.raises(ArgumentError) as found:
+        native_library.library.__wrapped__()
+    assert str(found.value) == "MAGMOTOR_LIBRARY = 'off': must be 0 or 1, in the environment"
+    monkeypatch.setenv(native_library.SWITCH, "0")
+    assert native_library.library.__wrapped__() is None
 
 
 @BUILT
@@ -184,6 +305,38 @@ def test_the_library_has_the_bits_of_numba():
     assert here.stdout == there.stdout
 
 
+def test_a_thread_that_looks_into_the_library_lets_others_go_on(monkeypatch):
+    """With a lock, a process that is forked meanwhile would wait forever."""
+    looking, found = threading.Event(), threading.Event()
+
+    def versions(_, by):
+        if by == (1,):
+            looking.set()
+            assert found.wait(60)
+        return []
+
+    monkeypatch.setattr(native_library, "versions", versions)
+    one, other = (compiled_once()(_shifted)(by) for by in (1, 2))
+    thread = threading.Thread(target=one, args=(1.0,))
+    thread.start()
+    assert looking.wait(60)
+    caller = threading.Thread(target=other.compile_for, args=(1.0,), daemon=True)
+    caller.start()
+    caller.join(30)
+    is_waiting = caller.is_alive()
+    found.set()
+    thread.join()
+    assert not is_waiting
+
+
+def _shifted(checksum, number):
+    def function(x):
+        _ = checksum
+        return x + number
+
+    return function
+
+
 def _run(program: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess:
     """Run a program in a new process, which must not fail."""
     lines = program.splitlines()
@@ -197,47 +350,7 @@ def _run(program: str, *arguments: str, **environment: str) -> subprocess.Comple
     return done
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        1, -(2**63), 2**63, True, 1.5, np.bool_(True), np.int32(3), np.int64(4), np.uint64(2**63),
-        np.float64(2.5), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3), order="F"),
-        np.zeros((4, 4))[::2, ::2], np.zeros((2, 0)), np.zeros(3, int), np.zeros((2, 3, 4)),
-        np.broadcast_to(0.0, (2, 2)), (), (1, 2.0), (np.zeros(2), (True, 3)), None, (None, 2.0),
-        np.longlong(5),
-    ],
-    ids=repr,
-)  # fmt: skip
-def test_arguments_are_named_as_their_types_are_when_the_library_is_built(value):
-    """Otherwise, code for other types would run."""
-    assert _packed(value)[0] == kind_of(typeof(value))
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        np.zeros(3, ">f8"), np.frombuffer(bytes(25), np.uint8)[1:].view(float), np.float32(1), "d",
-        type("q", (int,), {})(5), [1.0],
-    ],
-    ids=repr,
-)  # fmt: skip
-def test_what_no_version_takes_has_a_kind_of_its_own(value):
-    """Numba then decides; such arrays would be read as others, and a type named q as a word."""
-    assert _packed(value) == ("of another type", b"")
-
-
-def test_errors_are_those_of_numba():
-    with pytest.raises(ZeroDivisionError):
-        mm.noise.normal(1, 2, 3, 4, 0, 0)
-    with pytest.raises(OverflowError):
-        mm.noise.normal(2**64, 2, 3, 4, 1, 0)
-
-
-def test_words_of_arguments_are_those_that_numba_passes():
-    array = np.arange(6.0).reshape(2, 3)
-    kind, words = _packed((array, 1.5, True, np.uint64(2**64 - 1)))
-    found = [*np.frombuffer(words, np.int64)]
-    assert kind == "(d2C,d,?,Q)"
-    assert found[:9] == [0, 0, 6, 8, array.ctypes.data, 2, 3, 24, 8]
-    assert found[9] == np.float64(1.5).view(np.int64)
-    assert found[10:] == [1, -1]
+def test_the_table_of_versions_has_the_one_that_is_installed(monkeypatch):
+    monkeypatch.setattr(layouts, "known", dict)
+    (row,) = tables.versions().splitlines()
+    assert row.startswith(f'VERSION({mujoco.mj_version()}, "{mujoco.mj_versionString()}", ')

@@ -342,14 +342,19 @@ def test_the_wheel_contains_the_package_its_models_and_examples_and_nothing_else
 @pytest.fixture
 def with_library(tmp_path, monkeypatch):
     """The build hook, in a folder where the libraries are texts, and where nothing is compiled."""
-    monkeypatch.setattr(build_hook.subprocess, "run", lambda *_, **__: None)
+    commands = []
+    monkeypatch.setattr(build_hook.subprocess, "run", lambda command, **_: commands.append(command))
     folder = tmp_path / build_hook.FOLDER
     folder.mkdir(parents=True)
     for level in build_hook.LEVELS["x86_64"]:
         (folder / f"libmagmotor-{level}.so").write_text("GLIBC_2.2.5 GLIBC_2.17")
     monkeypatch.setattr(build_hook.platform, "machine", lambda: "x86_64")
     monkeypatch.setattr(build_hook.sys, "platform", "linux")
-    return SimpleNamespace(root=str(tmp_path))
+    core = SimpleNamespace(
+        dependencies=["mujoco>=3.11"], optional_dependencies={"scenes": ["scipy"]}
+    )
+    metadata = SimpleNamespace(core=core)
+    return SimpleNamespace(root=str(tmp_path), metadata=metadata, commands=commands)
 
 
 def test_the_switch_puts_the_library_into_the_wheel_and_takes_numba_out(with_library, monkeypatch):
@@ -359,17 +364,29 @@ def test_the_switch_puts_the_library_into_the_wheel_and_takes_numba_out(with_lib
     build_hook.Library.initialize(with_library, "standard", data)
     build_hook.Dependencies.update(config, metadata)
     assert data == {"force_include": {}}
+    assert build_hook.Library.dependencies(with_library) == []
     assert metadata["dependencies"] == ["mujoco>=3.11", "numba>=0.63", "numpy>=2.1"]
     monkeypatch.setenv("MAGMOTOR_LIBRARY", "1")
     build_hook.Library.initialize(with_library, "editable", data)
     assert data == {"force_include": {}}
+    assert with_library.commands == []
     build_hook.Library.initialize(with_library, "standard", data)
+    (command,) = with_library.commands
+    assert command[1:] == ["-m", "library.build", "x86-64-v3", "x86-64-v4"]
+    needed = build_hook.Library.dependencies(with_library)
+    assert needed == ["mujoco>=3.11", "scipy", "numba>=0.63"]
     build_hook.Dependencies.update(config, metadata)
     assert {Path(name).name for name in data["force_include"]} == {
         "libmagmotor-x86-64-v3.so", "libmagmotor-x86-64-v4.so"
     }  # fmt: skip
     assert (data["tag"], data["pure_python"]) == ("py3-none-manylinux_2_17_x86_64", False)
     assert metadata["dependencies"] == ["mujoco>=3.11", "numpy>=2.1"]
+
+
+def test_the_switch_is_0_or_1(monkeypatch):
+    monkeypatch.setenv("MAGMOTOR_LIBRARY", "yes")
+    with pytest.raises(RuntimeError, match="MAGMOTOR_LIBRARY = 'yes': must be 0 or 1"):
+        build_hook.wanted()
 
 
 def test_a_library_that_the_tag_would_not_describe_makes_no_wheel(with_library, monkeypatch):
@@ -379,7 +396,11 @@ def test_a_library_that_the_tag_would_not_describe_makes_no_wheel(with_library, 
     with pytest.raises(RuntimeError, match=r"needs glibc \(2, 34\)"):
         build_hook.Library.initialize(with_library, "standard", {"force_include": {}})
     monkeypatch.setattr(build_hook.platform, "machine", lambda: "m68k")
-    with pytest.raises(RuntimeError, match="there is no library for m68k"):
+    with pytest.raises(RuntimeError, match="there is no library for linux on m68k"):
+        build_hook.Library.initialize(with_library, "standard", {"force_include": {}})
+    monkeypatch.setattr(build_hook.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(build_hook.sys, "platform", "darwin")
+    with pytest.raises(RuntimeError, match="there is no library for darwin"):
         build_hook.Library.initialize(with_library, "standard", {"force_include": {}})
 
 

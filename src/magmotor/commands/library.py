@@ -3,8 +3,9 @@
 import os
 from dataclasses import dataclass
 
-from magmotor.commands.output import fail
+from magmotor.commands.output import MISTAKE, fail
 from magmotor.commands.parsing import parse_options
+from magmotor.common.exceptions import ArgumentError
 
 
 @dataclass
@@ -17,7 +18,10 @@ def main() -> None:
     parse_options(Options, __doc__)
     from magmotor.numerics.native_library import FOLDER, SWITCH, library
 
-    found = library()
+    try:
+        found = library()
+    except ArgumentError as error:
+        fail(str(error), MISTAKE)
     if found is None:
         if os.environ.get(SWITCH) == "0":
             fail(f"{SWITCH}=0 turns the library off", 1)

@@ -151,20 +151,48 @@ def check_fields(attribute: str, fields: Mapping[str, Any], known: Mapping[str, 
             raise ArgumentError(f"a field in attributes[{attribute!r}]", name, sentence)
 
 
-def is_private(path: str, sticky: int = 0) -> bool:
+def is_private(path: str, like: str | None = None) -> bool:
     """Whether nobody but this user and the system's can change what a path leads to.
 
-    With `sticky`, they may add entries to it, but not replace those that it has.
+    With `like`, those who can change what that leads to may, too, but not everybody.
+    """
+    trusted: set[Writer] = {0, os.getuid(), os.stat("/").st_uid}  # noqa: PTH116
+    if like is not None:
+        trusted |= _writers(like) - {"everybody"}
+    return _writers(path) <= trusted
+
+
+Writer = int | str
+"""Who can change a file: the number of a user, "group" and its number, or "everybody"."""
+
+
+def _writers(path: str, sticky: int = 0) -> set[Writer]:
+    """Return who can change what a path leads to.
+
+    With `sticky`, who can only add entries to it, but not replace those that it has, is left out.
     """
     path = os.path.abspath(path)  # noqa: PTH100
     parent = os.path.dirname(path)  # noqa: PTH120
     found = os.lstat(path)
-    if found.st_uid not in (0, os.getuid(), os.stat("/").st_uid):  # noqa: PTH116
-        return False
+    writers: set[Writer] = {found.st_uid}
     if stat.S_ISLNK(found.st_mode):
         target = os.path.join(os.path.realpath(parent), os.readlink(path))  # noqa: PTH115, PTH118
-        closed = is_private(target, sticky)
-    else:
-        others = 0o002 if found.st_gid == os.getgid() else 0o022
-        closed = not found.st_mode & others or bool(found.st_mode & sticky)
-    return closed and (parent == path or is_private(parent, stat.S_ISVTX))
+        writers |= _writers(target, sticky)
+    elif not found.st_mode & sticky:
+        if found.st_mode & stat.S_IWGRP and not _has_alone(found.st_uid, found.st_gid):
+            writers.add(f"group {found.st_gid}")
+        if found.st_mode & stat.S_IWOTH:
+            writers.add("everybody")
+    return writers if parent == path else writers | _writers(parent, stat.S_ISVTX)
+
+
+def _has_alone(user: int, group: int) -> bool:
+    """Whether a group is a user's own, which has the user's name, as most Linux systems make it."""
+    import grp
+    import pwd
+
+    try:
+        name, found = pwd.getpwuid(user).pw_name, grp.getgrgid(group)
+    except KeyError:
+        return False
+    return found.gr_name == name and not {*found.gr_mem} - {name}

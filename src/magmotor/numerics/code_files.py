@@ -1,4 +1,4 @@
-"""Compiled code on disk: each file has a checksum, and its folder is one that only this user fills.
+"""Compiled code on disk: each file has a checksum, and its folder is one that nobody else fills.
 
 Numba executes whatever its files contain, and raises if it cannot write one. Here, a damaged file
 counts as missing, and what cannot be written is compiled anew by the next process.
@@ -46,7 +46,7 @@ class CodeFiles:
     def load(self, key: Any) -> Any:
         """Return the code for a key, or None without an undamaged file of it."""
         for folder in self._folders():
-            content = _content(Path(folder, self._name(key)))
+            content = self._content(Path(folder, self._name(key)))
             if content is not None:
                 return pickle.loads(content)
         return None
@@ -59,7 +59,7 @@ class CodeFiles:
             part = path.with_name(f".{path.name}.{threading.get_native_id()}@{this_driver()}")
             try:
                 path.parent.mkdir(mode=0o755, parents=True, exist_ok=True)
-                if not _may_use(folder):
+                if not self._may_use(folder):
                     raise PermissionError(0, "others can write to it")
                 write_whole(path, _checksum(pickled) + pickled, part)
             except OSError as error:
@@ -71,7 +71,22 @@ class CodeFiles:
     def any_is_whole(self) -> bool:
         """Whether there is an undamaged file."""
         found = (Path(folder).glob(f"{self.stem}.*.nbc") for folder in self._folders())
-        return any(_content(path) is not None for paths in found for path in paths)
+        return any(self._content(path) is not None for paths in found for path in paths)
+
+    def _content(self, path: Path) -> bytes | None:
+        """Return what a file has behind its checksum; None if it is missing, damaged or unsafe."""
+        try:
+            content = path.read_bytes()
+            checksum, rest = content[:_SIZE], content[_SIZE:]
+            return rest if _checksum(rest) == checksum and self._may_use(str(path.parent)) else None
+        except OSError:
+            return None
+
+    def _may_use(self, folder: str) -> bool:
+        """Whether the user chose a folder, or nobody fills it who cannot change the module."""
+        if _chosen() or not hasattr(os, "getuid"):
+            return True
+        return is_private(folder, like=self._source)
 
     def _name(self, key: Any) -> str:
         return f"{self.stem}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
@@ -107,43 +122,48 @@ class _Implementation(CompileResultCacheImpl):
 
 
 class CodeCache(FunctionCache):
-    """Numba's cache of a function, with these files; it calls `missing` if they lack code."""
+    """Numba's cache of a function, with these files.
+
+    Parameters
+    ----------
+    function : function
+    is_true : callable
+        Whether the code is now what the name of the files says.
+    missing : callable
+        Called if the files lack code.
+    """
 
     _impl_class = _Implementation
 
-    def __init__(self, function: Any, missing: Callable[[], object] = lambda: None):
+    def __init__(
+        self,
+        function: Any,
+        is_true: Callable[[], bool] = lambda: True,
+        missing: Callable[[], object] = lambda: None,
+    ):
         super().__init__(function)
         self.files = CodeFiles(getfile(function), self.cache_path, self._impl.filename_base)
         self._cache_file: Any = self.files  # Numba's name
-        self._missing = missing
+        self._is_true, self._missing = is_true, missing
 
     def _load_overload(self, sig: Any, target_context: Any) -> Any:
         found = None
-        with suppress(Exception):  # a whole file, but made with another version of what it needs
-            found = super()._load_overload(sig, target_context)
+        if self._is_true():
+            with suppress(Exception):  # a whole file, but made with another version of Numba
+                found = super()._load_overload(sig, target_context)
         if found is None:
             self._missing()
         return found
 
-
-def _may_use(folder: str) -> bool:
-    """Whether the user chose a folder, or nobody else can write to it."""
-    return bool(_chosen()) or not hasattr(os, "getuid") or is_private(folder)
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep code that has been compiled."""
+        if self._is_true():
+            super().save_overload(sig, data)
 
 
 def _chosen() -> str:
     """Return what NUMBA_CACHE_DIR is set to."""
     return config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _content(path: Path) -> bytes | None:
-    """Return what a file has behind its checksum; None if it is missing, damaged or not ours."""
-    try:
-        content = path.read_bytes()
-        checksum, rest = content[:_SIZE], content[_SIZE:]
-        return rest if _checksum(rest) == checksum and _may_use(str(path.parent)) else None
-    except OSError:
-        return None
 
 
 def _checksum(content: bytes) -> bytes:

@@ -15,6 +15,9 @@ SLOW = 5.0
 TEXT = "magmotor: compiling what is used for the first time"
 """How the line begins; what follows is how many of the functions are compiled."""
 
+CHANGED = "magmotor: compiling what has changed since `make library`"
+"""How it begins if the library has a function, but of other sources."""
+
 
 class CompilationNotice:
     """Prints the line once per process, or, on a terminal, a line that counts.
@@ -34,6 +37,7 @@ class CompilationNotice:
         self._lock, self._ended = threading.Lock(), threading.Event()
         self._teller = threading.Thread()
         self._compiled: set[Callable] = set()
+        self._has_changed = False
         self._expected: set[Callable] = set()
         self._elsewhere: tuple[Callable[[], int], int] = (lambda: 0), 0
 
@@ -52,9 +56,13 @@ class CompilationNotice:
         finally:
             self.end()
 
-    def expect(self, functions: set[Callable]) -> None:
-        """Count functions among those that are being compiled, unless they already are."""
+    def expect(self, functions: set[Callable], has_changed: bool = False) -> None:
+        """Count functions among those that are being compiled, unless they already are.
+
+        `has_changed` tells that they have changed since the library was built.
+        """
         self._expected |= functions - self._compiled
+        self._has_changed |= has_changed
 
     def expect_elsewhere(self, count: Callable[[], int], total: int) -> None:
         """Count the functions that another process compiles; `count()` is how many it has."""
@@ -82,6 +90,7 @@ class CompilationNotice:
             if self._depth == 0:
                 self.seconds += time.perf_counter() - self._began
                 self._expected, self._elsewhere = set(), ((lambda: 0), 0)
+                self._has_changed = False
                 self._ended.set()
                 self._teller.join(1.0)  # so that what is printed next begins a line
 
@@ -91,16 +100,18 @@ class CompilationNotice:
             return
         on_terminal = sys.stderr is not None and sys.stderr.isatty()
         if not on_terminal and not self._printed:
-            print(f"{TEXT}; this takes a minute or two{self._words()}", file=sys.stderr, flush=True)
+            text, counted = self._words()
+            print(f"{text}; this takes a minute or two{counted}", file=sys.stderr, flush=True)
         self._printed = True
         while on_terminal and not ended.wait(0.5):
-            print(f"\r{TEXT + self._words():79}", end="", file=sys.stderr, flush=True)
+            print(f"\r{''.join(self._words()):79}", end="", file=sys.stderr, flush=True)
         if on_terminal:
             print(f"\r{'':79}\r", end="", file=sys.stderr, flush=True)
 
-    def _words(self) -> str:
+    def _words(self) -> tuple[str, str]:
         done, total = self.progress()
-        return f" ({done} of {total} functions)" if total else ""
+        counted = f" ({done} of {total} functions)" if total else ""
+        return CHANGED if self._has_changed else TEXT, counted
 
 
 COMPILATION = CompilationNotice()

@@ -1,7 +1,7 @@
 """Functions that are taken from the library, or compiled once per process and kept on disk."""
 
 from collections.abc import Callable
-from functools import cache, cached_property, partial, update_wrapper
+from functools import cache, partial, update_wrapper
 from typing import Any, NamedTuple
 
 from magmotor.numerics import dependencies, native_library
@@ -38,21 +38,17 @@ def compiled_once(signature: Signature | None = None, **options: Any) -> Callabl
 
     def decorate(define: Callable) -> Callable:
         @cache
-        def defined(*by: Any) -> Defined:
-            return dependencies.defined(define, by)
-
-        @cache
         def compiled(*by: Any) -> Any:
             if text and (in_library := native_library.versions(define, by)):
                 return CFunction(in_library[0].address)
-            found = defined(*by)
+            found = dependencies.defined(define, by)
             function = CompiledFunction(partial(_compiled, found, text, options), found)
             return function.real if text else function
 
         def is_cached(*by: Any) -> bool:
             if native_library.versions(define, by):
                 return True
-            return _numba_cache().is_cached(defined(*by))
+            return _numba_cache().is_cached(dependencies.defined(define, by))
 
         wrapper: Any = update_wrapper(compiled, define)
         wrapper.is_cached = is_cached
@@ -80,22 +76,27 @@ class CompiledFunction(Deferred):
     def __init__(self, make: Callable[[], Any], defined: Defined) -> None:
         super().__init__(make, defined.function)
         self._defined = defined
+        self._in_library: NativeFunction | None = None
 
-    @cached_property
-    def _in_library(self) -> NativeFunction:
-        return NativeFunction(native_library.versions(self._defined.define, self._defined.by))
+    def _call_with(self, args: tuple) -> Callable[[], Any] | None:
+        """Return what calls the function in the library, if that has it for such arguments."""
+        if self._in_library is None:  # without a lock, which a fork could leave locked
+            versions = native_library.versions(self._defined.define, self._defined.by)
+            self._in_library = NativeFunction(versions)
+        return self._in_library.call_with(args)
 
     def __call__(self, *args: Any) -> Any:
         """Call the function."""
-        call = self._in_library.call_with(args)
+        call = self._call_with(args)
         return self.real(*args) if call is None else call()
 
     def compile_for(self, *args: Any) -> None:
         """Compile for such arguments here, if need be: Ctrl-C would not end it in a new thread."""
-        if self._in_library.call_with(args) is None:
+        if self._call_with(args) is None:
+            function = self.real  # which imports Numba, or says how to install it
             from numba import typeof
 
-            self.real.compile(tuple(map(typeof, args)))
+            function.compile(tuple(map(typeof, args)))
 
 
 def _compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:

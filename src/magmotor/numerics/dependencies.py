@@ -16,8 +16,10 @@ import numpy as np
 
 from magmotor.numerics.deferred import Deferred, External, Intrinsic, Subroutine
 
-CONSTANTS = (bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray)
-"""Types of global values that Numba freezes into the code."""
+CONSTANTS = (
+    bool, int, float, complex, str, bytes, tuple, frozenset, np.generic, np.ndarray, np.dtype,
+)  # fmt: skip
+"""Types of values that Numba freezes into the code."""
 
 
 class Defined(NamedTuple):
@@ -64,31 +66,74 @@ def reached(function: Callable) -> tuple[set[str], set[str]]:
 
     The modules are names of those with code or types that it uses; the constants are text, with the
     name of the module that reads or holds them, as are signatures of functions that are compiled by
-    themselves, and the constants in the closures of others. Only magmotor and the function's own
-    package are considered.
+    themselves, and the constants in the closures of others. Of other packages than magmotor and the
+    function's own, only subroutines are considered.
     """
-    packages = {"magmotor", function.__module__.partition(".")[0]}
-    modules, constants, seen, pending = set(), set(), set(), [function]
-    while pending:
-        one = pending.pop()
-        seen.add(one)
+    modules, constants = set(), set()
+    for one, values in _functions(function):
         modules.add(one.__module__)
-        for name, cell in zip(one.__code__.co_freevars, one.__closure__ or (), strict=True):
-            if isinstance(cell.cell_contents, CONSTANTS):
-                constants.add(f"{one.__qualname__}.{name} = {_text(cell.cell_contents)}")
-        for name, value in _globals(one):
-            found: Any = inspect.unwrap(value) if callable(value) else value
-            if isinstance(found, CONSTANTS):
-                constants.add(f"{name} = {_text(found)}")
-            elif isinstance(found, External | Intrinsic):
-                constants.add(f"{name} = {found.text}")
-            elif getattr(found, "__module__", "").partition(".")[0] not in packages:
-                continue
-            elif isinstance(found, FunctionType):
-                pending += [found] * (found not in seen)
-            else:
-                modules.add(found.__module__ if isinstance(found, type) else type(found).__module__)
+        for name, value in values:
+            if isinstance(value, CONSTANTS):
+                constants.add(_noted(one, name, value))
+            elif isinstance(value, External | Intrinsic):
+                constants.add(f"{name} = {value.text}")
+            elif _is_of_package(value, function):
+                kind = value if isinstance(value, type | FunctionType) else type(value)
+                modules.add(kind.__module__)
     return modules, constants
+
+
+def are_unchanged(function: Callable) -> bool:
+    """Whether no constant that a function depends on has had two values in this process.
+
+    Otherwise, its code may have another value than its checksum, or a subroutine in memory has.
+    """
+    reached(function)
+    return not any(one in _changed for one, _ in _functions(function))
+
+
+def note(function: Callable) -> None:
+    """Note the constants that a function reads while it is compiled."""
+    for name, value in _values(function):
+        if isinstance(value, CONSTANTS):
+            _noted(function, name, value)
+
+
+_first: dict[tuple[Callable, str], str] = {}
+"""What constants were when they were first seen, by their readers and names."""
+
+_changed: set[Callable] = set()
+"""The readers of constants that have changed."""
+
+
+def _noted(reader: Callable, name: str, value: Any) -> str:
+    """Return a constant with its name as text, which is compared with the one that was first."""
+    text = f"{name} = {_text(value)}"
+    if _first.setdefault((reader, name), text) != text:
+        _changed.add(reader)
+    return text
+
+
+def _functions(function: Callable) -> Iterator[tuple[Any, list[tuple[str, Any]]]]:
+    """Yield the functions that a function depends on, and itself, with what each refers to."""
+    seen, pending = {function}, [function]
+    while pending:
+        one: Any = pending.pop()
+        values = []
+        for name, value in _values(one):
+            found: Any = inspect.unwrap(value) if callable(value) else value
+            values.append((name, found))
+            # Whatever package has a subroutine, its code becomes part of the caller's.
+            follows = isinstance(value, Deferred) or _is_of_package(found, function)
+            if isinstance(found, FunctionType) and follows and found not in seen:
+                seen.add(found)
+                pending.append(found)
+        yield one, values
+
+
+def _is_of_package(value: Any, function: Callable) -> bool:
+    packages = {"magmotor", function.__module__.partition(".")[0]}
+    return (getattr(value, "__module__", None) or "").partition(".")[0] in packages
 
 
 def subroutines_of(*functions: Callable) -> set[Callable]:
@@ -97,7 +142,7 @@ def subroutines_of(*functions: Callable) -> set[Callable]:
     while pending:
         one = pending.pop()
         seen.add(one)
-        for _, value in _globals(one):
+        for _, value in _values(one):
             if isinstance(value, Deferred) and not isinstance(value, Subroutine):
                 continue
             if isinstance(value, Subroutine) or hasattr(value, "is_cached"):
@@ -107,8 +152,10 @@ def subroutines_of(*functions: Callable) -> set[Callable]:
     return found
 
 
-def _globals(function: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the global values that a function refers to, also through modules, with full names."""
+def _values(function: Any) -> Iterator[tuple[str, Any]]:
+    """Yield cells and global values of a function, also through modules, with full names."""
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        yield f"{function.__qualname__}.{name}", cell.cell_contents
     names = set(_names(function.__code__))
     read = {name: function.__globals__[name] for name in names & function.__globals__.keys()}
     modules, pending = set(), [(function.__module__, read)]

@@ -74,7 +74,7 @@ class NativeFunction:
 
 
 def _call(function: Any, result: struct.Struct, words: bytes) -> Any:
-    room = ctypes.create_string_buffer(max(result.size, 8))
+    room = ctypes.create_string_buffer(max(result.size, 8))  # a null pointer is no result
     if function(words, room) != 0:
         raise ZeroDivisionError("compiled code divided by zero")
     found = result.unpack_from(room)

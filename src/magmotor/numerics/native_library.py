@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from magmotor.common.exceptions import MagmotorError
+from magmotor.common.exceptions import ArgumentError, MagmotorError
 from magmotor.common.files import is_private
 from magmotor.numerics import dependencies, symbols
 from magmotor.numerics.constants import ConstantInCode
@@ -66,8 +66,8 @@ class NativeLibrary:
     Raises
     ------
     UnfitLibraryError
-        The file is damaged, foreign, of another format or for another machine, or others can write
-        to it, or use it in this process.
+        The file is damaged, foreign, of another format or for another machine, or users who cannot
+        write to the package can write to it, or others use it in this process.
     """
 
     def __init__(self, path: Path) -> None:
@@ -91,6 +91,10 @@ class NativeLibrary:
     def bind(self, symbol: str, address: int) -> None:
         """Let the code find what a symbol stands for, if it has that symbol."""
         self._c.magmotor_bind(symbol.encode(), address)
+
+    def has_name(self, define: Any, by: Sequence[Any]) -> bool:
+        """Whether there is a function of that name, be it of other sources."""
+        return name_of(define, by) in self._functions
 
     def versions(self, define: Any, by: Sequence[Any]) -> list[Version]:
         """Return the versions of a function with these cells; none if it was made from others."""
@@ -142,7 +146,8 @@ def described(path: Path) -> dict[str, Any]:
         See `NativeLibrary`.
     """
     try:
-        if hasattr(os, "getuid") and not is_private(str(path)):
+        # Who can change the package has more than its library.
+        if hasattr(os, "getuid") and not is_private(str(path), like=__file__):
             raise UnfitLibraryError("others can write to it")
         content = path.read_bytes()
     except OSError as error:
@@ -171,8 +176,16 @@ def library() -> NativeLibrary | None:
     """Return the best library that fits the processor; None without one.
 
     A file that is unfit for another reason is named on stderr.
+
+    Raises
+    ------
+    ArgumentError
+        The environment variable that can turn it off is neither 0 nor 1.
     """
-    if sys.platform != "linux" or os.environ.get(SWITCH) == "0":
+    mode = os.environ.get(SWITCH) or "1"
+    if mode not in ("0", "1"):
+        raise ArgumentError(SWITCH, mode, "must be 0 or 1, in the environment")
+    if sys.platform != "linux" or mode == "0":
         return None
     for level in LEVELS.get(platform.machine(), ()):
         path = FOLDER / f"libmagmotor-{level}.so"
@@ -193,3 +206,9 @@ def versions(define: Any, by: Sequence[Any]) -> list[Version]:
     """Return the versions of a function in the library, if that has it."""
     found = library()
     return found.versions(define, by) if found else []
+
+
+def has_changed(define: Any, by: Sequence[Any]) -> bool:
+    """Whether the library has a function, but it was made from other sources."""
+    found = library()
+    return found is not None and found.has_name(define, by) and not found.versions(define, by)

@@ -2,8 +2,9 @@
 
 Numba's cache keys contain the bytecode and the closure cells of a function, but neither the
 functions that it calls nor the constants that it reads. A checksum of these in a closure cell fills
-that gap. Each combination of closure cells, processor and version of Numba has files of its own,
-whose names tell whether it has been compiled.
+that gap, and no code is kept once one of the constants has changed in this process. Each
+combination of closure cells, processor and version of Numba has files of its own, whose names tell
+whether it has been compiled.
 """
 
 import zlib
@@ -19,9 +20,10 @@ from numba.core.ccallback import CFunc
 from numba.core.codegen import get_host_cpu_features
 from numba.core.sigutils import normalize_signature
 
+from magmotor.numerics import dependencies, native_library
 from magmotor.numerics.code_files import CodeCache
 from magmotor.numerics.compilation_notice import COMPILATION, CompilationNotice
-from magmotor.numerics.dependencies import Defined, subroutines_of
+from magmotor.numerics.dependencies import Defined
 
 
 class Listener(event.Listener):
@@ -39,6 +41,7 @@ class Listener(event.Listener):
         """End with it."""
         if _is_ours(event):
             dispatcher = event.data["dispatcher"]
+            dependencies.note(dispatcher.py_func)
             if dispatcher.overloads:  # `is_failed` of Numba 0.68 means the opposite
                 self._notice.add(dispatcher.py_func)
             self._notice.end()
@@ -57,8 +60,14 @@ def compiled(defined: Defined, signature: str, options: dict[str, Any]) -> Any:
 
     With a signature, that is a C function; else, Python's arguments decide.
     """
-    function, missing = _named(defined), lambda: COMPILATION.expect(subroutines_of(defined.define))
-    kept = CodeCache(function, missing)
+    function, define = _named(defined), defined.define
+    kept = CodeCache(
+        function,
+        is_true=lambda: dependencies.are_unchanged(define),
+        missing=lambda: COMPILATION.expect(
+            dependencies.subroutines_of(define), native_library.has_changed(define, defined.by)
+        ),
+    )
     if not signature:
         dispatcher: Any = njit(**options)(function)
         dispatcher._cache = kept
