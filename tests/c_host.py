@@ -10,6 +10,7 @@ from typing import Any
 
 import mujoco
 import pytest
+from hosted_models import state_after
 
 from magmotor.numerics import native_library
 from magmotor_plugin.library import library as mujoco_library
@@ -61,14 +62,6 @@ def written(folder, texts):
     for path, text in zip(paths, texts, strict=True):
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return paths
-
-
-def state_after(model, steps):
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_step(model, data, nstep=steps)
-    return [*data.qpos, *data.qvel, *data.sensordata]
 
 
 def numbers(line):
