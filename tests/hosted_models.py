@@ -1,12 +1,6 @@
-"""Models that use every function of the library that MuJoCo calls, each in another way.
-
-    python tests/hosted_models.py
-
-prints their states after some steps, as another process computes them: by the library, or by Numba.
-"""
+"""Models that use every function of the library that MuJoCo calls, each in another way."""
 
 import random
-import sys
 from pathlib import Path
 
 import magmotor as mm  # isort: skip  before MuJoCo, for which it chooses an OpenGL library
@@ -136,8 +130,3 @@ def states() -> list[list[float]]:
     found = [state_after(load(text), STEPS) for text in MODELS.values()]
     found += [state_after(read(str(path)), STEPS) for path in FILES]
     return found + [state_after(load(text), OF_MANY) for text in MANY.values()]
-
-
-if __name__ == "__main__":
-    for state in states():
-        print(*map(float.hex, map(float, state)))

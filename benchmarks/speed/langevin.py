@@ -68,13 +68,15 @@ STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 def main() -> None:
-    models = dict(models())
-    cases = {(name, k): run for name in models for k, run in enumerate(steppers(models[name]))}
+    all_cases = dict(models())
+    cases = {
+        (name, k): run for name in all_cases for k, run in enumerate(steppers(all_cases[name]))
+    }
     with without_stopwatch():
         times = in_turns(cases, TURNS)
     rows = [
         Row(name, times[name, 0], times[name, 1], at_most=None if "hot" in name else MOST)
-        for name in models
+        for name in all_cases
     ]
     show("A step of BAOAB on trees", NOTE, ("BAOAB", "Euler", "ratio"), rows)
     _show_equal_accuracy()

@@ -115,7 +115,7 @@ if {first}:
     c.mj_loadPluginLibrary(sys.argv[2].encode())
 from magmotor.numerics import native_library
 library = native_library.library()
-print(c.mjp_pluginCount(), library and library._c.magmotor_is_registered())
+print(library and library._c.magmotor_is_registered())
 import magmotor, mujoco
 model = mujoco.MjModel.from_xml_path(sys.argv[3])
 data = mujoco.MjData(model)
@@ -135,7 +135,7 @@ def test_a_program_in_c_may_embed_python(first):
     )
     registered, state = done.stdout.splitlines()
     # Another library may be there, for older processors.
-    assert registered in (("2 None", "2 0") if first else ("0 0",))
+    assert registered in (("None", "0") if first else ("0",))
     assert ("a program that embeds Python uses it" in done.stderr) == first
     model = mujoco.MjModel.from_xml_path(str(TOP))
     assert state == np.array(state_after(model, 10)[model.nq :]).tobytes().hex()
