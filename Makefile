@@ -85,8 +85,11 @@ docs: .venv/dev-ready library  ## the documentation site, which opens from disk:
 	@echo "== docs: building out/site/ with warnings as errors (running the notebook takes about a minute)"
 	@NO_MKDOCS_2_WARNING=1 $(PYTHON) -m mkdocs build --strict $(ARGS)
 
-compat: .venv-compat/ready  ## tests of what depends on MuJoCo's version, on 3.17, without the library
+compat: .venv-compat/ready  ## tests of what depends on MuJoCo's version, on 3.17: by the library, then by Numba
+	@.venv-compat/bin/python -m library.build
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
+	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_c_host.py \
+		tests/library/test_native_library.py $(ARGS)
 	@MAGMOTOR_LIBRARY=0 .venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_plugin.py \
 		tests/library/test_failures.py $(ARGS)
 

@@ -1,7 +1,7 @@
 """Compile all functions of the library into one module of LLVM; `build.py` runs this.
 
 Numba compiles them when they are called, here as there, except that they look up the numbers of
-layouts and the addresses of symbols in memory. What it has optimized is linked as it is.
+layouts and the addresses of symbols in memory. What it has optimized is linked and optimized again.
 """
 
 import ctypes

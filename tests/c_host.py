@@ -15,6 +15,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from hosted_models import state_after
 
 from magmotor.numerics import native_library
 from magmotor_plugin.library import library as mujoco_library
@@ -76,23 +77,6 @@ def written(folder, texts):
     for path, text in zip(paths, texts, strict=True):
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return paths
-
-
-def started(model):
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    return data
-
-
-def state(data):
-    return [*data.qpos, *data.qvel, *data.sensordata]
-
-
-def state_after(model, steps):
-    data = started(model)
-    mujoco.mj_step(model, data, nstep=steps)
-    return state(data)
 
 
 def agree(found, expected):

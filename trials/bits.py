@@ -163,11 +163,11 @@ def checksums(*names: str) -> dict[str, int]:
 
 
 def start(processor: str, *names: str) -> subprocess.Popen:
-    """Start a process that prints the checksums of cases, by code for another processor.
+    """Start a process that prints the checksums of cases, by Numba's code for another processor.
 
     In Numba's cache this code has indexes of its own, see `magmotor.numerics.numba_cache`.
     """
-    target = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
+    target = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": "", "MAGMOTOR_LIBRARY": "0"}
     return subprocess.Popen(
         [sys.executable, "-m", "trials.bits", *names],
         cwd=RECORD.parents[1],

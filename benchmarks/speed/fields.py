@@ -30,13 +30,13 @@ def _evaluate(count, model, data):
 
 
 def main() -> None:
-    memory.bind_compiled("benchmark_callback", compiled_callback())
+    bind()
     rows = []
     for count in COUNTS:
-        custom = _custom(count)
-        cases = {name: partial(_seconds, *_model(count, text)) for name, text in custom.items()}
+        custom = custom_of(count)
+        cases = {name: partial(seconds, *model_of(count, text)) for name, text in custom.items()}
         everything = "".join(text for name, text in custom.items() if name != "coil")
-        cases["switched off"] = partial(_seconds, *_model(count, everything, "dipoles"))
+        cases["switched off"] = partial(seconds, *model_of(count, everything, "dipoles"))
         times = in_turns(cases, TURNS)
         own = times.pop("nothing")
         rows += [
@@ -46,7 +46,12 @@ def main() -> None:
     show("Fields, coils and iron", NOTE, ("with it", "dipoles", "ratio"), rows)
 
 
-def _custom(count: int) -> dict[str, str]:
+def bind() -> None:
+    """Bind the callback, which `seconds` calls, to its symbol."""
+    memory.bind_compiled("benchmark_callback", compiled_callback())
+
+
+def custom_of(count: int) -> dict[str, str]:
     """Return what each case adds to the magnets."""
     coils = [
         f'<tuple name="coil_{k}"><element objtype="actuator" objname="u{k}"/>'
@@ -67,7 +72,8 @@ def _custom(count: int) -> dict[str, str]:
     }
 
 
-def _model(count: int, custom: str, mark: str = "dipoles fields coils iron"):
+def model_of(count: int, custom: str, mark: str = "dipoles fields coils iron"):
+    """Return a model of free magnets in a grid, and its data in motion."""
     side = round(count ** (1 / 3) + 0.5)
     places = [(k % side / 10, k // side % side / 10, k // side**2 / 10) for k in range(count)]
     bodies = "".join(
@@ -90,6 +96,7 @@ def _model(count: int, custom: str, mark: str = "dipoles fields coils iron"):
     return model, data
 
 
-def _seconds(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+def seconds(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Return the seconds of a call of the callback."""
     count = max(1, EVALUATIONS // model.nbody)
     return seconds_of(partial(_evaluate, count, model._address, data._address)) / count

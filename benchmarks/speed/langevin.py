@@ -68,13 +68,15 @@ STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 def main() -> None:
-    models = dict(_models())
-    cases = {(name, k): run for name in models for k, run in enumerate(_steppers(models[name]))}
+    all_cases = dict(models())
+    cases = {
+        (name, k): run for name in all_cases for k, run in enumerate(steppers(all_cases[name]))
+    }
     with without_stopwatch():
         times = in_turns(cases, TURNS)
     rows = [
         Row(name, times[name, 0], times[name, 1], at_most=None if "hot" in name else MOST)
-        for name in models
+        for name in all_cases
     ]
     show("A step of BAOAB on trees", NOTE, ("BAOAB", "Euler", "ratio"), rows)
     _show_equal_accuracy()
@@ -90,7 +92,7 @@ class Case(NamedTuple):
     short: float = SHORT[0]
 
 
-def _models() -> Iterator[tuple[str, Case]]:
+def models() -> Iterator[tuple[str, Case]]:
     """Yield names and cases."""
     in_space = [["1 0 0", "0 1 0"]] * LINKS
     yield "six links, planar", Case(_chain(PLANAR))
@@ -114,7 +116,7 @@ def _chain(axes) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(TREE.format(tree))
 
 
-def _steppers(case: Case) -> list[Callable[[], float]]:
+def steppers(case: Case) -> list[Callable[[], float]]:
     """Return functions that measure a step by BAOAB and by Euler, from a state at kT."""
     model = case.model
     model.opt.timestep = case.long
@@ -161,7 +163,7 @@ def _show_equal_accuracy() -> None:
         errors.append((mean / exact - 1, np.hypot(scatter, uncertain) / exact, timestep))
         slopes.append(errors[-1][0] / timestep)
     longest = ERROR / min(slopes)
-    baoab, euler = _steppers(Case(_chain(PLANAR), THERMAL, long=LONG, short=longest))
+    baoab, euler = steppers(Case(_chain(PLANAR), THERMAL, long=LONG, short=longest))
     with without_stopwatch():
         times = in_turns({"BAOAB": baoab, "Euler": euler}, TURNS)
     per_second = [[t / longest for t in times["Euler"]], [t / LONG for t in times["BAOAB"]]]

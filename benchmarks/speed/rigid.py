@@ -25,9 +25,9 @@ SLOWEST = 2e-6
 
 
 def main() -> None:
-    cases = {("the motor", scheme): partial(_motor, scheme) for scheme in SCHEMES}
-    cases |= {("the top", scheme): partial(_top, scheme) for scheme in SCHEMES}
-    threads = {n: partial(_motor, "baoab", n) for n in (1, 2)}
+    cases = {("the motor", scheme): partial(run_motor, scheme) for scheme in SCHEMES}
+    cases |= {("the top", scheme): partial(run_top, scheme) for scheme in SCHEMES}
+    threads = {n: partial(run_motor, "baoab", n) for n in (1, 2)}
     times = in_turns(cases, turns=5)
     rows = [
         Row(f"{device}, {scheme}", times[device, scheme], at_most=_target(device, scheme))
@@ -51,7 +51,8 @@ def _target(device: str, scheme: str) -> float | None:
     return SLOWEST if (device, scheme) == ("the motor", "baoab") else None
 
 
-def _motor(scheme: str, threads: int = 0) -> float:
+def run_motor(scheme: str, threads: int = 0) -> float:
+    """Return the seconds per step of a replica of the motor."""
     scene, h = mm.Motor(), 0.1
     replicas = REPLICAS if threads else 1
     first = motor_initial.initial_state(scene, None, replicas)
@@ -61,7 +62,8 @@ def _motor(scheme: str, threads: int = 0) -> float:
     return _seconds(job, numbers, threads or 1)
 
 
-def _top(scheme: str) -> float:
+def run_top(scheme: str) -> float:
+    """Return the seconds per step of the top."""
     scene, h = mm.Top.paper(4), 0.0125
     first = ball_initial.initial_state(scene, None, None)
     job = Job(scene, scheme, h, 1, STEPS, first, BrownianPath(1, h), 0)

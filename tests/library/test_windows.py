@@ -9,7 +9,8 @@ from pathlib import Path
 
 import mujoco
 import pytest
-from c_host import TOP, state_after, written
+from c_host import TOP, error_of, written
+from hosted_models import state_after
 
 from library.exercise import NEEDLE
 from library.targets import TARGETS
@@ -49,8 +50,6 @@ def test_it_has_the_digits_of_python(program):
 
 def test_errors_have_the_words_of_python(program, tmp_path):
     (path,) = written(tmp_path, [NEEDLE.replace('user="0.2"', 'user="0.2 1 2"')])
-    with pytest.raises(ValueError) as expected:
-        mujoco.MjModel.from_xml_path(str(path))
     done = run(program, path, "1")
-    assert str(expected.value) in done.stderr
+    assert error_of(path) in done.stderr
     assert done.returncode == 1

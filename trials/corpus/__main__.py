@@ -12,6 +12,7 @@ import argparse
 import os
 import sys
 import time
+import zlib
 from collections import Counter
 from functools import partial
 from importlib.metadata import version
@@ -31,7 +32,7 @@ from trials.corpus.processes import print_table  # noqa: E402
 
 COLUMNS = (
     "files", "compile", "move", "distinct", "refused", "changed", "callback", "plugin", "third law",
-    "path", "same motion",
+    "path", "same motion", "states",
 )  # fmt: skip
 
 
@@ -92,7 +93,9 @@ def row(found: list[Findings]) -> str:
         for name in BOUNDS
     ]
     same = sum(each.motion <= ROUNDING for each in distinct)
-    return " | ".join([*map(str, counts), *(f"{x:.1e}" for x in worst), str(same)]) + " |"
+    states = zlib.crc32(np.array([each.states for each in distinct], np.uint32).tobytes())
+    cells = [*map(str, counts), *(f"{x:.1e}" for x in worst), str(same), f"{states:08x}"]
+    return " | ".join(cells) + " |"
 
 
 if __name__ == "__main__":

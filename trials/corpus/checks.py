@@ -1,6 +1,7 @@
 """What must hold on any model with magnets, and on any model without them."""
 
 import warnings
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -67,6 +68,8 @@ class Findings:
     """The same for the positions after all steps, over their change; 0 is equality bit for bit."""
     amplified: float = np.nan
     """The same between callbacks, if the last bits of the velocities change before each step."""
+    states: int = 0
+    """Checksum of the states after all steps, by the callback and by the plugin."""
 
     @property
     def is_checked(self) -> bool:
@@ -103,7 +106,12 @@ def examine(path: Path, seed: int = 0) -> Findings:
             found.plugin = plugin_deviation(without, with_plugin)
             found.third_law = third_law_deviation(without)
             found.path = path_deviation(without, with_plugin)
-            found.motion, found.amplified = motion_deviations(without, with_plugin)
+            with mm.magnetism():
+                by_callback = moved(without)
+            by_plugin = moved(with_plugin)
+            found.motion, found.amplified = motion_deviations(without, by_callback, by_plugin)
+            both = state(without, by_callback), state(with_plugin, by_plugin)
+            found.states = zlib.crc32(b"".join(each.tobytes() for each in both))
         except Exception as error:
             found.refused = f"{type(error).__name__}: {error}"
     return found
@@ -217,16 +225,17 @@ def path_deviation(without: mujoco.MjModel, with_plugin: mujoco.MjModel) -> floa
     return worst
 
 
-def motion_deviations(without: mujoco.MjModel, with_plugin: mujoco.MjModel) -> tuple[float, float]:
+def motion_deviations(
+    without: mujoco.MjModel, by_callback: mujoco.MjData, by_plugin: mujoco.MjData
+) -> tuple[float, float]:
     """Deviations from the motion by the callback: by the plugin, and by rounding."""
+    expected, found = by_callback.qpos, by_plugin.qpos
+    change = np.max(np.abs(expected - start(without).qpos))
     with mm.magnetism():
-        expected = moved(without).qpos
-        change = np.max(np.abs(expected - start(without).qpos))
         amplified = max(
             float(np.max(np.abs(jittered(without, seed).qpos - expected)) / change)
             for seed in range(5)
         )
-    found = moved(with_plugin).qpos
     if found.tobytes() == expected.tobytes():
         return 0.0, amplified
     return float(np.max(np.abs(found - expected)) / change), amplified

@@ -31,6 +31,9 @@ from magmotor.numerics.constants import ConstantInCode
 OFFSETS = "magmotor_offsets"
 """The symbol of the numbers in a library."""
 
+MOST = 1 << 31
+"""Number below which they are."""
+
 
 class _Constants(types.Type):
     """The type of one named tuple, which has its numbers."""
@@ -89,7 +92,11 @@ def _number_at(builder: Any, constants: _Constants, place: Any) -> Any:
             table.global_constant = True
     else:
         table = cgutils.global_constant(builder, "numbers", kind([*constants.numbers]))
-    return builder.load(builder.gep(table, [ir.IntType(64)(0), place], inbounds=True))
+    number = builder.load(builder.gep(table, [ir.IntType(64)(0), place], inbounds=True))
+    if symbols.INDIRECT:  # numbers that are not negative can be divided by a shift
+        bounds = [ir.IntType(64)(bound) for bound in (0, MOST)]
+        number.set_metadata("range", builder.module.add_metadata(bounds))
+    return number
 
 
 @lower_constant(_Constants)

@@ -126,7 +126,11 @@ def _place(builder: Any, name: str) -> Any:
     kind, symbol = (word.as_pointer(), CELL + name) if symbols.INDIRECT else (word, name)
     place = builder.module.globals.get(symbol)
     place = place or ir.GlobalVariable(builder.module, kind, symbol)
-    return builder.load(place, typ=kind) if symbols.INDIRECT else place
+    if not symbols.INDIRECT:
+        return place
+    address = builder.load(place, typ=kind)
+    address.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return address
 
 
 def call_at(signature):
