@@ -41,6 +41,9 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
+# One more than processors, since tests wait for programs that they start.
+WORKERS := $(shell $(PYTHON3) -c 'import os; print(min(4, 1 + (os.cpu_count() or 1)))' 2>/dev/null)
+
 .PHONY: help setup library movie test test-quick format lint docs bench compat clean redo
 
 help:  ## list the targets
@@ -57,11 +60,11 @@ movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.
 
 test: .venv/dev-ready library  ## all tests
 	@echo "== test: running pytest (the first run also compiles what the library lacks)"
-	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
+	@$(PYTHON) -m pytest -n $(WORKERS) $(ARGS)
 
 test-quick: .venv/dev-ready library  ## tests of the library, the devices and the messages, but none of tests/slow.txt
 	@echo "== test-quick: running pytest (the first run also compiles what the library lacks)"
-	@$(PYTHON) -m pytest -n logical --maxprocesses 4 -m "not slow" tests/library tests/devices tests/messages $(ARGS)
+	@$(PYTHON) -m pytest -n $(WORKERS) -m "not slow" tests/library tests/devices tests/messages $(ARGS)
 
 format: .venv/dev-ready  ## the code, as lint demands it
 	@$(PYTHON) -m ruff check --fix-only --quiet
