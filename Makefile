@@ -41,6 +41,9 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
+# One more than processors, since tests wait for programs that they start.
+WORKERS := $(shell $(PYTHON3) -c 'import os; print(min(4, 1 + (os.cpu_count() or 1)))' 2>/dev/null)
+
 .PHONY: help setup library movie test test-quick format lint docs bench compat cross clean redo
 
 help:  ## list the targets
@@ -57,11 +60,11 @@ movie: $(READY)  ## Hamel's top acquires spin: out/top.mp4, out/top.nc, out/top.
 
 test: .venv/dev-ready library  ## all tests
 	@echo "== test: running pytest (the first run also compiles what the library lacks)"
-	@$(PYTHON) -m pytest -n logical --maxprocesses 4 $(ARGS)
+	@$(PYTHON) -m pytest -n $(WORKERS) $(ARGS)
 
 test-quick: .venv/dev-ready library  ## tests of the library, the devices and the messages, but none of tests/slow.txt
 	@echo "== test-quick: running pytest (the first run also compiles what the library lacks)"
-	@$(PYTHON) -m pytest -n logical --maxprocesses 4 -m "not slow" tests/library tests/devices tests/messages $(ARGS)
+	@$(PYTHON) -m pytest -n $(WORKERS) -m "not slow" tests/library tests/devices tests/messages $(ARGS)
 
 format: .venv/dev-ready  ## the code, as lint demands it
 	@$(PYTHON) -m ruff check --fix-only --quiet
@@ -117,11 +120,15 @@ clean:  ## remove environments and caches, but not out/
 	rm -rf src/magmotor/numerics/native
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,WITHOUT DEPENDENCIES): build an
-# environment from scratch if made-for is missing or differs, otherwise update it in place. What builds
-# the package is installed once. While the rest is installed, the library is built for tests; a movie
-# needs little of it, which Numba compiles in a few seconds.
-COMPILE := import magmotor as mm; mm.simulate(mm.Top(), duration=1)
+# $(call install,ENVIRONMENT,CONSTRAINTS,REQUIREMENTS,SIZE AND TIME,FIRST REQUIREMENTS,PROGRAM): build an
+# environment from scratch if made-for is missing or differs, otherwise update it in place. Older
+# versions of pip take twice as long. Python runs PROGRAM when the first requirements are installed,
+# while pip installs the others: it builds the library for tests; a movie needs little of that, which
+# Numba compiles in a few seconds. dm-control is installed without labmaze, which has no wheel for
+# Python 3.13 (see pyproject.toml).
+COMPILE := -c 'import magmotor, mujoco; magmotor.magnetism().__enter__(); \
+	model = mujoco.MjModel.from_xml_path("models/top.xml"); mujoco.mj_step(model, mujoco.MjData(model))' \
+	>/dev/null 2>&1
 define install
 	@$(PYTHON3) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 		echo "make: $(PYTHON3) is missing or older than 3.11: install python3 and python3-venv (Debian) or python3 (Fedora), or name a newer one as in make PYTHON3=python3.12" >&2; exit 1; }
@@ -139,25 +146,24 @@ define install
 	@rm -f $(1)/made-for
 	@sed '$(2)' constraints.txt > $(1)/constraints.txt
 	@trap 'kill $$! 2>/dev/null; exit 130' INT; \
-	export PIP_CONSTRAINT=$(1)/constraints.txt PIP_BUILD_CONSTRAINT=$(1)/constraints.txt; \
+	export PIP_CONSTRAINT=$(1)/constraints.txt; \
 	pip="$(1)/bin/python -m pip install --no-compile --no-warn-conflicts"; \
-	$(if $(5),$$pip -qq editables hatchling && pip="$$pip --no-build-isolation" && \
-	$$pip -qq -e '.[scenes]' && $$pip -qq --no-deps $(5) \
-	&& { $(1)/bin/python $(if $(findstring dev,$(3)),-m library.build,-c '$(COMPILE)' >/dev/null 2>&1) & };) \
+	$(if $(5),$$pip -qq --upgrade pip editables hatchling && pip="$$pip --no-build-isolation" && \
+	$$pip -qq -e '$(5)' && $$pip -qq --no-deps dm-control \
+	&& { $(1)/bin/python $(6) & };) \
 	$$pip -qq $(3) || { echo "== pip failed; trying again with full output"; $$pip $(3); } && wait
 	@echo '$(HERE)' > $(1)/made-for
 	@touch $@
 endef
 
-# dm-control is installed without labmaze, which has no wheel for Python 3.13 (see pyproject.toml).
 .venv/ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e '.[movies]',once: 1 GB and half a minute,dm-control)
+	$(call install,.venv,,-e '.[movies]',once: 1 GB and half a minute,.,$(COMPILE))
 
 .venv/dev-ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e '.[dev]',once: 1.9 GB and one or two minutes,dm-control)
+	$(call install,.venv,,-e '.[dev]',once: 1.9 GB and one or two minutes,.[scenes],-m library.build)
 
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
-	$(call install,.venv-compat,s/^mujoco==.*/mujoco==3.17.*/;/^mujoco-/d,-e '.[movies]' pytest pytest-xdist,once: 1 GB and about a minute,dm-control)
+	$(call install,.venv-compat,s/^mujoco==.*/mujoco==3.17.*/;/^mujoco-/d,-e '.[movies]' pytest pytest-xdist,once: 1 GB and about a minute,.,$(COMPILE))
 
 # Its requirements pin their versions; sed's d empties the constraints.
 .venv-bench/ready: benchmarks/peers/requirements.txt $(REDO_BENCH)

@@ -1,6 +1,7 @@
 """Movies and pictures show the recorded motion."""
 
 import subprocess
+from contextlib import closing
 from pathlib import Path
 from typing import Any, cast
 
@@ -220,15 +221,22 @@ def test_frames_in_a_row_are_those_drawn_singly(opengl, run):
 def test_a_background_that_is_rendered_once_shows_no_difference(opengl, scene, monkeypatch):
     """Edges of what rests may change by a sample of four where a region has other roundings."""
     run = mm.simulate(scene, timestep=0.01, duration=3, seed=1)
-    times = [0.0, 3.0]
+    times = np.array([0.0, 3.0])
+
+    trail = Trail(run.time.values, run.position.values, 0.25 * scene.ball_radius)
+    joints = scene.device.joints(run, scene, times)
 
     def drawn(has_background):
-        with Frames(run, scene, times) as frames:
-            camera = frames.views.cameras["front"]
+        views = Views(scene, {"front": (720, 800)})
+        with closing(views):
+            camera = views.cameras["front"]
             assert camera.has_background
             camera.has_background = has_background
-            pictures = np.array([frames._render(i)[0] for i in range(2)]).astype(int)
-            return pictures, len(camera.backgrounds)
+            pictures = []
+            for pose, time in zip(joints, times, strict=True):
+                views.pose(pose, time)
+                pictures.append(views.draw("front", trail, time))
+            return np.array(pictures).astype(int), len(camera.backgrounds)
 
     (whole, none), (parts, count) = drawn(False), drawn(True)
     assert (none, count) == (0, 1)
