@@ -82,7 +82,7 @@ def written(folder, texts):
 def agree(found, expected):
     """Whether two states have the same bits; on aarch64, MuJoCo rounds other products.
 
-    Differences were at most 1.2e-13, after 3000 steps.
+    Differences were at most 1.2e-13, after 1000 steps.
     """
     if not FOREIGN:
         return [*found] == [*expected]

@@ -3,6 +3,7 @@
 import ctypes
 
 import mujoco
+import numpy as np
 import pytest
 from c_host import (
     FOREIGN,
@@ -43,19 +44,19 @@ def test_the_bits_are_those_of_python(tmp_path, many):
 
 
 def test_forces_have_the_bits_of_python(tmp_path, many):
-    """On every processor, if MuJoCo computes the same places of the dipoles there."""
+    """On aarch64, MuJoCo rounds differently when it turns them into those of oblique joints."""
     paths = [*written(tmp_path, MODELS.values()), *FILES, *many]
-    lines, different = iter(run("forces", 0, paths).stdout.splitlines()), []
+    lines, equal = iter(run("forces", 0, paths).stdout.splitlines()), 0
     for path in paths:
         model = mujoco.MjModel.from_xml_path(str(path))
         data = started(model)
         mujoco.mj_forward(model, data)
-        places, acting = numbers(next(lines)), numbers(next(lines))
-        if places == [*data.site_xpos.flat, *data.site_xmat.flat]:
-            assert acting == [*data.qfrc_passive, *state(data)]
-        else:
-            different.append(path.stem)
-    assert not different or (FOREIGN and len(different) < 9), different
+        assert numbers(next(lines)) == [*data.site_xpos.flat, *data.site_xmat.flat]
+        found, expected = numbers(next(lines)), [*data.qfrc_passive, *state(data)]
+        equal += found == expected
+        bound = 3e-16 * max(map(abs, data.qfrc_passive))  # 1.1e-17 of the largest
+        np.testing.assert_allclose(found, expected, rtol=0, atol=bound if FOREIGN else 0)
+    assert equal == (len(paths) - 5 if FOREIGN else len(paths))
 
 
 def test_the_callback_has_them_too(tmp_path):
