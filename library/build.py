@@ -39,35 +39,40 @@ def main(names: list[str]) -> None:
     if unknown := [name for name in names if name not in known]:
         sys.exit(f"unknown library {unknown[0]!r}: {', '.join(known)} can be built here")
     wanted = names or [name for name in here if targets.runs_here(name)][:1]
+    old = [name for name in wanted if not is_current(name)]
+    for name in wanted:
+        if name not in old:
+            print(f"{path_of(name)} is up to date")
     try:
         if not wanted:
-            raise FileNotFoundError("a processor of a kind that it knows")
-        compilers = [targets.compiler(name) for name in wanted]
+            raise FileNotFoundError("There is no library for this processor or system.")
+        compilers = [targets.compiler(name) for name in old]
     except FileNotFoundError as error:
         if names:
-            sys.exit(f"{error} is needed and not installed")
-        print(f"no library, which needs {error}: Numba compiles what is used", file=sys.stderr)
+            sys.exit(str(error))
+        print(f"{error} Numba compiles functions when they are first used.", file=sys.stderr)
         return
     with tempfile.TemporaryDirectory() as folder:
-        for name, compiler in zip(wanted, compilers, strict=True):
-            path = FOLDER / TARGETS[name].file
-            if is_current(path):
-                print(f"{path.name} is up to date")
-                continue
-            link(name, compiled(targets.optimized_for(name), Path(folder)), path, compiler)
-            print(f"{path.name} ({path.stat().st_size / 1e3:.0f} kB)")
+        for name, compiler in zip(old, compilers, strict=True):
+            link(name, compiled(targets.optimized_for(name), Path(folder)), compiler)
+            print(f"{path_of(name)} ({path_of(name).stat().st_size / 1e3:.0f} kB)")
 
 
-def is_current(path: Path) -> bool:
+def path_of(name: str) -> Path:
+    """Return the file of a library."""
+    return FOLDER / TARGETS[name].file
+
+
+def is_current(name: str) -> bool:
     """Whether a library has been built from the present sources, by the present compiler."""
     try:
-        description = described(path)
-    except UnfitLibraryError:
+        description = described(path_of(name), TARGETS[name].machine)
+        if description.get("made_from") != made_from():
+            return False
+        functions = description["functions"].items()
+        return all(checksum_of(definition(each)) == one["checksum"] for each, one in functions)
+    except (UnfitLibraryError, ImportError, AttributeError):  # or a function is not there any more
         return False
-    if description.get("made_from") != made_from():
-        return False
-    functions = description["functions"].items()
-    return all(checksum_of(definition(name)) == one["checksum"] for name, one in functions)
 
 
 def definition(name: str) -> Any:
@@ -103,9 +108,10 @@ def compiled(processor: str, folder: Path) -> Path:
     return inner
 
 
-def link(name: str, folder: Path, path: Path, compiler: tuple[str, ...]) -> None:
+def link(name: str, folder: Path, compiler: tuple[str, ...]) -> None:
     """Link the compiled functions in a folder with the C part."""
-    target, result, code = TARGETS[name], folder / TARGETS[name].file, folder / f"{name}.o"
+    target, path = TARGETS[name], path_of(name)
+    result, code = folder / target.file, folder / f"{name}.o"
     targets.emit((folder / "functions.ll").read_text(encoding="utf-8"), name, code)
     sources = [*map(str, sorted(HERE.glob("*.c"))), str(code)]
     options = [*target.flags, f"-I{folder}", f"-DLEVEL={target.level}", "-o", str(result)]
@@ -114,7 +120,9 @@ def link(name: str, folder: Path, path: Path, compiler: tuple[str, ...]) -> None
     description |= {"made_from": made_from(), "level": name, "machine": target.machine}
     path.parent.mkdir(exist_ok=True)
     part, content = path.with_suffix(f".{os.getpid()}"), result.read_bytes()
-    part.write_bytes(with_description(content, description) if path.suffix == ".so" else content)
+    if path.suffix != ".dylib":  # whose signature is at its end
+        content = with_description(content, description)
+    part.write_bytes(content)
     part.chmod(0o755)
     part.replace(path)  # a process may have loaded the one before
 

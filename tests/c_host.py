@@ -82,11 +82,11 @@ def written(folder, texts):
 def agree(found, expected):
     """Whether two states have the same bits; on aarch64, MuJoCo rounds other products.
 
-    Differences were at most 1.2e-13, after 1000 steps.
+    Differences were at most 2.2e-12, in a field with a gradient.
     """
     if not FOREIGN:
         return [*found] == [*expected]
-    return bool(np.allclose(found, expected, rtol=0, atol=3e-12))
+    return bool(np.allclose(found, expected, rtol=0, atol=3e-11))
 
 
 def numbers(line):

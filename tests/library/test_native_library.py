@@ -221,6 +221,7 @@ def test_programs_need_no_numba(tmp_path):
     sys.modules["numba"] = sys.modules["llvmlite"] = None
     import magmotor as mm
     import mujoco
+    import numpy as np
     path = sys.argv[1]
     model = mujoco.MjModel.from_xml_path(path + "/models/top_magnetic.xml")
     data = mujoco.MjData(model)
@@ -230,6 +231,8 @@ def test_programs_need_no_numba(tmp_path):
     with mm.magnetism():
         mujoco.mj_step(model, data, nstep=10)
     mm.field(model, data, [[0.0, 0.0, 1.0]])
+    points = np.frombuffer(np.ones(3).tobytes())  # read-only
+    assert np.array_equal(mm.field(model, data, points), mm.field(model, data, [1, 1, 1]))
     mm.magnetic_energy(model, data)
     mm.dipoles.field([0, 0, 0.1], [[0, 0, 0]], [[0, 0, 1]])
     tree = "<mujoco><worldbody><body><joint type='hinge' damping='1'/><geom size='1'/></body>"
@@ -247,6 +250,9 @@ def test_without_library_and_numba_the_error_of_a_model_says_what_is_missing():
     program = """
     import sys
     sys.modules["numba"] = None
+    from magmotor_plugin.library import loads_entry_points
+    if not loads_entry_points():
+        import magmotor  # without which MuJoCo 3 does not know its plugins
     import mujoco
     try:
         mujoco.MjModel.from_xml_path(sys.argv[1] + "/models/levitation.xml")

@@ -14,6 +14,7 @@ from typing import Any
 from magmotor.mjcf import error_reports
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.forces import all_forces
+from magmotor.numerics import native_library
 from magmotor.numerics.compilation_notice import COMPILATION
 from magmotor.numerics.dependencies import subroutines_of
 
@@ -48,7 +49,8 @@ def bind(meanwhile: Callable[[], Any] | None = None) -> None:
         if not is_cached:
             stack.enter_context(COMPILATION.running())
             callers = error_reports.bind, all_forces.bind_others, *filter(None, [meanwhile])
-            COMPILATION.expect(subroutines_of(*callers))
+            # A library has the forces, and all that they need, unless sources have changed.
+            COMPILATION.expect(subroutines_of(*callers), native_library.library() is not None)
         with _forces_compiled_beside(is_cached) as waiting:
             error_reports.bind()
             all_forces.bind_others()

@@ -70,7 +70,8 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     """
     points = np.asarray(points)
     result = np.empty(points.shape).reshape(-1, 3)
-    _observed(model, data, np.ascontiguousarray(points, float).reshape(-1, 3), result)
+    rows = np.require(points, float, ["C", "A", "W", "E"]).reshape(-1, 3)  # as compiled code wants
+    _observed(model, data, rows, result)
     return result.reshape(points.shape)
 
 

@@ -137,8 +137,8 @@ def name_of(define: Any, by: Sequence[Any]) -> str:
     return f"{define.__module__}.{define.__qualname__}{(*cells,)}"
 
 
-def described(path: Path) -> dict[str, Any]:
-    """Return the description of a library, without running anything of it.
+def described(path: Path, machine: str = platform.machine()) -> dict[str, Any]:
+    """Return the description of a library for a machine, without running anything of it.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def described(path: Path) -> dict[str, Any]:
     description = json.loads(body[-_LENGTH - size : -_LENGTH])
     if description["format"] != FORMAT:
         raise UnfitLibraryError(f"its format is {description['format']} instead of {FORMAT}")
-    if description["machine"] != platform.machine():
+    if description["machine"] != machine:
         raise UnfitLibraryError(f"it is for {description['machine']}")
     return description
 
