@@ -60,9 +60,10 @@ def _measured() -> dict[str, tuple[list[float], list[float]]]:
 
 
 def _start(**environment: str) -> subprocess.Popen[str]:
+    command = sys.executable, "-c", f"from {__name__} import serve; serve()"
     return subprocess.Popen(
-        [sys.executable, "-m", __name__], cwd=Path(__file__).parents[2], stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE, text=True, env=os.environ | environment,
+        command, cwd=Path(__file__).parents[2], env=os.environ | environment, text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     )  # fmt: skip
 
 
@@ -132,7 +133,3 @@ def _of_python() -> dict[str, Callable[[], float]]:
             partial(mm.dipoles.field, points, 2 * points, points), 100
         ),
     }
-
-
-if __name__ == "__main__":
-    serve()
