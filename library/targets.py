@@ -32,10 +32,10 @@ class Target(NamedTuple):
         Name of the library.
     level : int
         Level of an x86-64 processor.
-    compiler : tuple of str
-        Command of a C compiler on a machine of another kind.
     flags : tuple of str
-        Options of the compiler.
+        Options of the C compiler.
+    compiler : tuple of str
+        Its command on a machine of another kind, if the library can be built there.
     """
 
     machine: str
@@ -43,8 +43,8 @@ class Target(NamedTuple):
     processor: str
     file: str
     level: int
-    compiler: tuple[str, ...]
     flags: tuple[str, ...]
+    compiler: tuple[str, ...] = ()
 
 
 SHARED = "-O2", "-shared", "-fvisibility=hidden", "-Wall", "-Wextra", "-Werror", "-s"
@@ -55,24 +55,24 @@ OF_LINUX = (
 TARGETS = {
     "x86-64-v4": Target(
         "x86_64", "x86_64-unknown-linux-gnu", "x86-64-v4", "libmagmotor-x86-64-v4.so", 4,
-        ("x86_64-linux-gnu-gcc",), OF_LINUX,
+        OF_LINUX,
     ),
     "x86-64-v3": Target(
         "x86_64", "x86_64-unknown-linux-gnu", "x86-64-v3", "libmagmotor-x86-64-v3.so", 3,
-        ("x86_64-linux-gnu-gcc",), OF_LINUX,
+        OF_LINUX,
     ),
     "aarch64": Target(
         "aarch64", "aarch64-unknown-linux-gnu", "generic", "libmagmotor-aarch64.so", 0,
-        ("aarch64-linux-gnu-gcc",), OF_LINUX,
+        OF_LINUX, ("aarch64-linux-gnu-gcc",),
     ),
     "apple-silicon": Target(
         "arm64", "arm64-apple-macosx11.0", "apple-m1", "libmagmotor-apple-silicon.dylib", 0,
-        (sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-macos.11.0"),
         (*SHARED, "-Wl,-install_name,@rpath/libmagmotor-apple-silicon.dylib"),
+        (sys.executable, "-m", "ziglang", "cc", "-target", "aarch64-macos.11.0"),
     ),
     "windows": Target(
         "AMD64", "x86_64-pc-windows-gnu", "x86-64-v3", "magmotor-windows.dll", 3,
-        ("x86_64-w64-mingw32-gcc",), (*SHARED, "-static-libgcc", "-Wl,--no-insert-timestamp"),
+        (*SHARED, "-static-libgcc", "-Wl,--no-insert-timestamp"), ("x86_64-w64-mingw32-gcc",),
     ),
 }  # fmt: skip
 """By the names of the libraries. The one for Apple's processors has not been run."""
