@@ -441,7 +441,8 @@ def test_ctrl_c_ends_a_compilation_that_takes_a_minute(tmp_path):
     program.send_signal(signal.SIGINT)
     said = program.communicate(timeout=20)[1]  # 0.5 to 2 s
     assert said.splitlines()[-1].startswith("KeyboardInterrupt")
-    assert program.returncode == -signal.SIGINT
+    # 1 where the thread that compiles runs `exec` meanwhile: CPython then forgets the interrupt.
+    assert program.returncode in (-signal.SIGINT, 1)
     until = time.monotonic() + 10
     with suppress(ProcessLookupError):
         while not os.killpg(program.pid, 0):  # the process that compiles the forces ends, too
