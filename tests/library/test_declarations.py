@@ -29,7 +29,7 @@ MODEL = """
   </extension>
   <option gravity="0 0 0" timestep="1e-3"/>
   <custom>
-    <text name="magmotor" data="dipoles couplings fields coils iron"/>
+    <text name="magmotor" data="dipoles couplings fields coils iron magnets"/>
     <text name="other" data="words"/>
     <numeric name="soft" data="100 1e6"/>
     <numeric name="field of the room" data="0.01 0 0.02"/>
@@ -69,7 +69,8 @@ MODEL = """
       <site name="first" user="0.5" pos="0 0 0.02"/>
       <site name="second" user="0.4"/>
       <site name="probe" pos="0 0 0.06"/>
-      <body name="tip" pos="0.02 0 0"><site name="third" user="0.1"/><geom size="0.001"/></body>
+      <body name="tip" pos="0.02 0 0"><site name="third" user="0.1"/><geom size="0.001" user="0 0 1"/>
+      </body>
     </body>
     <body name="ball" pos="0.2 0 0.3">
       <freejoint/><geom size="0.02" contype="0" conaffinity="0"/><site name="fourth" user="1"/>
@@ -169,6 +170,10 @@ def test_it_is_what_a_plain_reading_of_names_finds():
         ],
         of_table.PIECES: [(geom("pole"), number["numeric"]("soft"), 0, 0, 0)],
         of_table.PLANES: [(geom("floor"), number["numeric"]("soft"), 0, 0, 0)],
+        of_table.SHAPES: [
+            (k, owner, model.body_weldid[owner], model.body_dofnum[model.body_weldid[owner]])
+            for k, owner in enumerate(model.geom_bodyid)
+        ],
         of_table.MAGNETOMETERS: [(0, 1, site("probe"), 0)],
     }  # fmt: skip
     assert {*expected} == {*range(len(of_table.SECTIONS))}

@@ -22,7 +22,7 @@ MODEL = """
       <site name="hand" pos="0 0 0.05" user="{moment}"/>
     </body>
     <body name="ball" pos="1 0 0"><joint name="flight" type="free" user="{of_flight}"/>
-      <geom name="ball" size="0.1"/>
+      <geom name="ball" size="0.1" user="{of_geom}"/>
       <site name="ball" user="1"/></body>
     <body name="base" pos="3 0 0"><site name="base" user="1"/></body>
   </worldbody>
@@ -37,7 +37,13 @@ CONFIG = '<config key="{}" value="{}"/>'
 def model(*custom, act="all", plugin=False, config="", key="act", **numbers):
     """Return a model with these elements of <custom>, in which some user numbers are changed."""
     config = CONFIG.format(key, config) if config else ""
-    given = {"moment": "1", "wrenches": "", "potential": "", "of_flight": ""} | numbers
+    given = {
+        "moment": "1",
+        "wrenches": "",
+        "potential": "",
+        "of_flight": "",
+        "of_geom": "",
+    } | numbers
     return mujoco.MjModel.from_xml_string(
         MODEL.format(
             extension=PLUGIN.format(config) if plugin or config else "",
@@ -84,6 +90,14 @@ def sized(geom, *size):
     return changed
 
 
+def magnetized(geom, *polarization, custom="", size=()):
+    """Return a model with numbers of geoms, of which one gets a polarization, or a size, too."""
+    found = model(custom, of_geom="0 0 1")
+    found.geom(geom).user[:] = polarization
+    found.geom(geom).size[: len(size)] = size
+    return found
+
+
 def changed(name, *numbers):
     """Return a model with a numeric that is changed after the model is compiled."""
     found = model(numeric(name, "1 " * len(numbers) if len(numbers) > 1 else 0.01))
@@ -94,44 +108,73 @@ def changed(name, *numbers):
 GRID = "0 0 0 1 1 1"
 
 TABLE = r"""
+# Magnets by their geom
+>>> mm.describe(magnetized("core", 0, 0, 2.6))
+DeclarationError(polarization, 3): geom 3 'core': its user numbers 0 0 2.6 are a polarization in
+    T, which must be at most 2.5 T (iron has 2.2 T)
+>>> mm.describe(magnetized("core", 1.5, 1.5, -1.5))
+DeclarationError(polarization, 3): geom 3 'core': its user numbers 1.5 1.5 -1.5 are a polarization
+    in T, which must be at most 2.5 T (iron has 2.2 T)
+>>> mm.describe(magnetized("core", 0, math.nan, 1))
+DeclarationError(polarization, 3): geom 3 'core': its user numbers 0 nan 1 are a polarization,
+    which must be finite
+>>> mm.describe(magnetized("core", math.inf, 0, 0))
+DeclarationError(polarization, 3): geom 3 'core': its user numbers inf 0 0 are a polarization,
+    which must be finite
+>>> mm.describe(magnetized("floor", 0, 0, 1))
+DeclarationError(shapeless, 0): geom 0 'floor' has a polarization (its user numbers): it must be a
+    sphere, an ellipsoid, a cylinder or a box
+>>> mm.describe(magnetized("core", 0, 0, 1, size=[0]))
+DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must be positive and
+    finite
+>>> mm.describe(magnetized("bar", 0, 0, 1, size=[1, math.nan]))
+DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
+    finite
+>>> mm.describe(magnetized("bar", 0, 0, 1, custom=iron("geom bar")))
+DeclarationError(magnetic_iron, 2): geom 2 'bar' is a magnet, by its user numbers, and iron: it
+    must be one of them
+>>> mm.describe(magnetized("ball", 0, 0, 1, custom=coupling("body needle 1", "body ball 1")))
+DeclarationError(coupled_magnet, 4): geom 4 'ball' is a magnet of a body of coupling tuple 0
+    'coupling': couplings do not apply to geoms, but to dipole sites
+
 # Marks
->>> mm.describe(model(act="magnets"))
-DeclarationError(mark, 0): text 'magmotor' = 'magnets': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+>>> mm.describe(model(act="magnet"))
+DeclarationError(mark, 0): text 'magmotor' = 'magnet': must be one or more of the words dipoles,
+    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> mm.describe(model(act="dipoles, noise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipoles, noise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> mm.describe(model(act="dipolesnoise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipolesnoise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> mm.describe(model(act="Dipoles"))
 DeclarationError(mark, 0): text 'magmotor' = 'Dipoles': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> mm.describe(model(act="%n"))
 DeclarationError(mark, 0): text 'magmotor' = '%n': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> mm.describe(model(act=" "))
 DeclarationError(mark, 0): text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> mm.describe(model(act="couplings dipolez"))
 DeclarationError(mark, 0): text 'magmotor' = 'couplings dipolez': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 
 # Marks of the plugin
 >>> model(plugin=True, act="dipols")
 ValueError: Error: engine error: text 'magmotor' = 'dipols': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> model(plugin=True, act=" ")
 ValueError: Error: engine error: text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
 >>> model(act=None, config="all, dipoles")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'all, dipoles': must be one or
-    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, all, separated
-    by spaces
+    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all,
+    separated by spaces
 >>> model(act=None, config="dipols")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'dipols': must be one or more
-    of the words dipoles, couplings, noise, potentials, fields, coils, iron, all, separated by
-    spaces
+    of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all,
+    separated by spaces
 >>> model(act="noise dipoles", config="all")
 ValueError: Error: engine error: text 'magmotor' = 'noise dipoles' and config 'act' of
     magmotor.forces = 'all': must have the same words, or only one of the two must be given
@@ -323,21 +366,29 @@ DeclarationError(iron, 1): iron tuple 1 'iron_2': element 1, geom 'core', is als
 DeclarationError(coupled_iron, 3): iron geom 3 'core' belongs to a body of coupling tuple 1
     'coupling': couplings do not apply to iron
 >>> mm.describe(sized("core", math.nan))
-DeclarationError(size, 3): iron geom 3 'core': its size must be positive and finite
+DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must be positive and
+    finite
 >>> mm.describe(sized("core", math.inf))
-DeclarationError(size, 3): iron geom 3 'core': its size must be positive and finite
+DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must be positive and
+    finite
 >>> mm.describe(sized("core", 0))
-DeclarationError(size, 3): iron geom 3 'core': its size must be positive and finite
+DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must be positive and
+    finite
 >>> mm.describe(sized("core", -1))
-DeclarationError(size, 3): iron geom 3 'core': its size must be positive and finite
+DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must be positive and
+    finite
 >>> mm.describe(sized("bar", 1, math.nan))
-DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite
+DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
+    finite
 >>> mm.describe(sized("bar", 1, math.inf))
-DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite
+DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
+    finite
 >>> mm.describe(sized("bar", 1, -1))
-DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite
+DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
+    finite
 >>> mm.describe(sized("bar", 1, 0))
-DeclarationError(size, 2): iron geom 2 'bar': its size must be positive and finite
+DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
+    finite
 >>> found = model(iron("geom core"))
 >>> found.numeric_size[0] = 0
 >>> mm.describe(found)

@@ -104,8 +104,8 @@ def add_magnet(
     body: Place,
     magnet: Magnet,
     *,
-    error: Error,
-    gap: Positive,
+    error: Error | None = None,
+    gap: Positive | None = None,
     name: str = "",
     units: Units = SI,
 ) -> tuple[list[mujoco.MjsGeom], list[mujoco.MjsSite]]:
@@ -119,10 +119,10 @@ def add_magnet(
         which the magnet is centered at the origin.
     magnet : Magnet
         Its shape, size and material; see `magnet`.
-    error : float
-        Largest relative error of the field and of forces; see `Magnet.dipoles`.
-    gap : float
-        Smallest distance from the magnet's surface, in m, at which they are so accurate.
+    error, gap : float, optional
+        Without them, the geom is the magnet: its polarization is its `user`. With both, dipoles
+        represent it, with this largest relative error of the field and of forces at this smallest
+        distance in m from its surface; see `Magnet.dipoles`.
     name : str
         Name of the geom. The sites, and the boxes of a ring, add a number to it. By default,
         nothing is named.
@@ -134,12 +134,12 @@ def add_magnet(
     geoms : list of mujoco.MjsGeom
         One with size and mass; of a ring, also boxes around the hole.
     sites : list of mujoco.MjsSite
-        The dipoles.
+        The dipoles, if the geom is not the magnet.
 
     Raises
     ------
     ValueError
-        As for `Magnet.dipoles`, the body is not in the spec, or a name is taken; also as for
+        As for `Magnet.mjcf`, the body is not in the spec, or a name is taken; also as for
         `add_magnetism`.
 
     Examples
@@ -161,7 +161,7 @@ def add_magnet(
         [_add(body, tag, attributes) for tag, attributes in elements if tag == kind]
         for kind in ("geom", "site")
     )
-    let_act(spec, "dipoles")
+    let_act(spec, "dipoles" if sites else "magnets")
     return geoms, sites
 
 

@@ -131,6 +131,12 @@ def iron(model: mujoco.MjModel) -> dict[int, float]:
     }
 
 
+def polarizations(model: mujoco.MjModel) -> dict[int, Array]:
+    """Return the polarizations in T of the geoms that are magnets, in their frames."""
+    found = rows(model, of_table.SHAPES).geom.tolist()
+    return {geom: model.geom_user[geom, :3] for geom in found if model.geom_user[geom, :3].any()}
+
+
 def couplings(model: mujoco.MjModel) -> dict[frozenset[int], float]:
     """Return the factors of couplings, by their two bodies."""
     factors: dict[frozenset[int], float] = {}

@@ -49,8 +49,8 @@ class Description:
     Attributes
     ----------
     acting : tuple of str
-        Those of `dipoles`, `couplings`, `noise`, `potentials`, `fields`, `coils` and `iron` that
-        act on the model.
+        Those of `dipoles`, `couplings`, `noise`, `potentials`, `fields`, `coils`, `iron` and
+        `magnets` that act on the model.
     marked : bool
         Whether the model says so itself.
     plugin : bool
@@ -81,6 +81,8 @@ class Description:
         Actuators of coils and fields that also push, by their own gain or bias.
     iron : dict of str to float
         Susceptibility of each geom that is iron.
+    magnets : dict of str to float
+        Polarization in T of each geom that is a magnet.
     magnetometers : dict of str to str
         The site of each magnetometer, by the name of the sensor.
     dry_friction : tuple of str
@@ -108,6 +110,7 @@ class Description:
     coils: dict[str, tuple[str, int]]
     pushing: tuple[str, ...]
     iron: dict[str, float]
+    magnets: dict[str, float]
     magnetometers: dict[str, str]
     dry_friction: tuple[str, ...]
     huge: dict[str, float]
@@ -146,6 +149,9 @@ class Description:
         if self.iron:
             parts = (f"{name} {value:g}" for name, value in self.iron.items())
             yield f"iron, susceptibilities: {listed(parts)}"
+        if self.magnets:
+            parts = (f"{name} {value:g} T" for name, value in self.magnets.items())
+            yield f"magnets, polarizations: {listed(parts)}"
         if self.magnetometers:
             parts = (f"{name} at {site}" for name, site in self.magnetometers.items())
             yield f"magnetometers: {listed(parts)}"
@@ -209,7 +215,8 @@ def describe(model: mujoco.MjModel) -> Description:
     fields = declared.fields(model) if "fields" in named else {}
     iron = declared.iron(model) if "iron" in named else {}
     magnetized = [geom for geom, susceptibility in iron.items() if susceptibility]
-    magnets = {*bodies, *model.geom_bodyid[magnetized].tolist()}
+    shapes = declared.polarizations(model) if "magnets" in named else {}
+    magnets = {*bodies, *model.geom_bodyid[[*magnetized, *shapes]].tolist()}
     pairs = _pairs(model, sorted(magnets))
     owners = declared.field_owners(model) if "fields" in named else set()
     acting = bool(pairs or _meets(model, magnets, owners, magnetized))
@@ -228,6 +235,7 @@ def describe(model: mujoco.MjModel) -> Description:
         "fields": fields and acting,
         "coils": "coils" in named and acting and declared.coils(model),
         "iron": magnetized and acting,
+        "magnets": shapes and acting,
     }
     return Description(
         acting=tuple(word for word, exists in acts.items() if exists),
@@ -241,6 +249,10 @@ def describe(model: mujoco.MjModel) -> Description:
         coils=declared.coils(model) if "coils" in named else {},
         pushing=tuple(declared.pushing(model, _drivers(model, named))),
         iron={name_of(model, "geom", geom): value for geom, value in iron.items()},
+        magnets={
+            name_of(model, "geom", geom): float(np.linalg.norm(value))
+            for geom, value in shapes.items()
+        },
         magnetometers=declared.magnetometers(model),
         kT=kT,
         mismatch=mismatch,

@@ -9,11 +9,12 @@ from magmotor.numerics.deferred import subroutine
 (
     COINCIDENCE, OUTSIDE, BEHIND, MERGED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL, PATH,
     TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
-    TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, UNLOADED,
-) = range(26)  # fmt: skip
+    TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, POLARIZATION, SHAPELESS, COUPLED_MAGNET,
+    MAGNETIC_IRON, UNLOADED,
+) = range(30)  # fmt: skip
 """Errors; each has up to two elements, see `error_reports.ELEMENTS`, and numbers."""
 
-KINDS = tuple(name.lower() for name in (*globals(),)[-26:])
+KINDS = tuple(name.lower() for name in (*globals(),)[-30:])
 """Their names, those defined last, for `DeclarationError`."""
 
 DETAILS, KIND, FORM = 16, 2, 15
@@ -25,6 +26,9 @@ AT_NODE, IN_GRADIENT = 2, 4
 
 OF_CONFIG, OF_BOTH = 1, 2
 """Forms of an error `MARK`, which otherwise is of the text."""
+
+INFINITE = 1
+"""Form of an error `POLARIZATION`, which otherwise is too large."""
 
 WORDS = 5
 """Number of words of an error."""

@@ -1,5 +1,7 @@
 """Reports of errors, which compiled code finds, with the elements and numbers that they name."""
 
+import math
+
 import numpy as np
 
 from magmotor.mjcf import error_numbers, error_raising, layout, memory, notice_sentences
@@ -20,6 +22,7 @@ from magmotor.mjcf.declarations.custom import (
 from magmotor.mjcf.declarations.fields import GRADIENT
 from magmotor.mjcf.declarations.marks import has_words, has_words_of_mark, marks_of
 from magmotor.mjcf.declarations.reader import table_of
+from magmotor.mjcf.declarations.shapes import polarization_of
 from magmotor.mjcf.declarations.table import fields
 from magmotor.mjcf.declarations.valid_indices import invalid_index
 from magmotor.mjcf.error_numbers import FORM, KIND
@@ -59,6 +62,10 @@ ELEMENTS = (
     (BODY, BODY),
     (NOTHING, NOTHING),
     (NUMERIC, NOTHING),
+    (GEOM, NOTHING),
+    (GEOM, NOTHING),
+    (GEOM, TUPLE),
+    (GEOM, NOTHING),
     (NOTHING, NOTHING),
 )
 """The types of the two elements of each error, by its number."""
@@ -159,6 +166,10 @@ def _find_details(error, m, d, offsets, details):
         details[FORM] = min(len(numbers), 4)
         for k in range(min(len(numbers), 3)):
             details[1 + k] = numbers[k]
+    elif number == error_numbers.POLARIZATION:
+        x, y, z = polarization_of(first, m, offsets)
+        details[0], details[1], details[2] = x, y, z
+        details[FORM] = 0.0 if math.isfinite(x + y + z) else error_numbers.INFINITE
     elif number == error_numbers.OUTSIDE:
         _locate(first, error[2], m, d, offsets, details)
 

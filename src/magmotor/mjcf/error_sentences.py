@@ -137,7 +137,9 @@ _OF_ERRORS: dict[int, Forms] = {
         " least -1, and optionally a saturation magnetization in A/m, not negative; both finite"
         for count, given in enumerate(_MATERIALS)
     },
-    error_numbers.SIZE: "iron geom {number} {name}: its size must be positive and finite",
+    error_numbers.SIZE: (
+        "geom {number} {name}: the size of iron and of magnets must be positive and finite"
+    ),
     error_numbers.OVERLAP: (
         "bodies {number} {name} and {other} {other_name} are magnets that overlap at the start, by"
         " more than a quarter of the width of the first; move them apart, or exclude their contact"
@@ -185,6 +187,27 @@ _OF_ERRORS: dict[int, Forms] = {
     error_numbers.CONSTANT: (
         "numeric {number} {name}: the magnetic constant must be one positive finite number, mu0 in"
         " the units of the model"
+    ),
+    error_numbers.POLARIZATION: {
+        0: (
+            "geom {number} {name}: its user numbers {0:g} {1:g} {2:g} are a polarization in T, which"
+            " must be at most 2.5 T (iron has 2.2 T)"
+        ),
+        error_numbers.INFINITE: (
+            "geom {number} {name}: its user numbers {0:g} {1:g} {2:g} are a polarization, which must"
+            " be finite"
+        ),
+    },
+    error_numbers.SHAPELESS: (
+        "geom {number} {name} has a polarization (its user numbers): it must be a sphere, an"
+        " ellipsoid, a cylinder or a box"
+    ),
+    error_numbers.COUPLED_MAGNET: (
+        "geom {number} {name} is a magnet of a body of coupling tuple {other} {other_name}:"
+        " couplings do not apply to geoms, but to dipole sites"
+    ),
+    error_numbers.MAGNETIC_IRON: (
+        "geom {number} {name} is a magnet, by its user numbers, and iron: it must be one of them"
     ),
     error_numbers.UNLOADED: "the compiled code of magmotor could not be loaded; see stderr",
     error_numbers.TOLERANCE: (

@@ -191,7 +191,7 @@ def _observe(checksum: int, offsets: layout.Layout):
                 count += 1
         for i in range(len(points) if problem[0] < 0 else 0):
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
-            found, error, other = field_at(state, magnets.end, x, y, z, m, offsets)
+            found, error, other = field_at(state, magnets.shaped, x, y, z, m, offsets)
             if why < 0 and (error >= 0 or found[6]):
                 why, point, numeric = error if error >= 0 else COINCIDENCE, i, other
             flux = found[3:6]

@@ -33,7 +33,7 @@ MODEL_FIELDS = (
     "body_rootid", "geom_rbound", "body_mass", "body_inertia", "geom_aabb",
     "nu", "na", "nnames", "nnumericdata", "ntextdata", "ntupledata", "npluginattr",
     "body_parentid", "name_bodyadr", "name_jntadr", "name_geomadr", "name_siteadr",
-    "name_actuatoradr", "name_sensoradr",
+    "name_actuatoradr", "name_sensoradr", "nuser_geom", "geom_user",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
@@ -75,7 +75,7 @@ _PROBE = """
   <option timestep="0.0625" integrator="implicitfast">
     <flag gravity="disable" energy="enable"/>
   </option>
-  <size nuserdata="17" nuser_body="11" nuser_jnt="13"/>
+  <size nuserdata="17" nuser_body="11" nuser_jnt="13" nuser_geom="7"/>
   <custom>
     <numeric name="first" data="1 2"/>
     <numeric name="last" data="3"/>

@@ -59,6 +59,7 @@ def idle_elements(
         "fields": ("numerics named field...", bool(declared.fields(model))),
         "coils": ("tuples named coil...", _has_tuples(model, "coil")),
         "iron": ("tuples named iron...", _has_tuples(model, "iron")),
+        "magnets": ("user numbers of geoms", bool(model.nuser_geom and model.geom_user.any())),
     }
     mark = "the mark" if number_of(model, "text", MARK_NAME) >= 0 else "the plugin's act"
     for word, (what, exists) in present.items():
@@ -69,12 +70,14 @@ def idle_elements(
     if absent and not unmarked and len(named) < len(present):
         yield f"{joined(absent)}, which {mark} names, since the model has none"
     measured = bool(declared.magnetometers(model))
-    acting = ("dipoles", "noise", "potentials", "iron", *["fields"] * measured)
+    acting = ("dipoles", "noise", "potentials", "iron", "magnets", *["fields"] * measured)
     if not any(present[word][1] for word in acting):
         yield 'sites without user numbers (a dipole has user="MOMENT", in A m^2)'
     if "iron" in named and present["iron"][1] and not any(declared.iron(model).values()):
         yield "iron, since its susceptibility is 0"
-    magnets = [word for word in ("dipoles", "iron") if word in named and present[word][1]]
+    magnets = [
+        word for word in ("dipoles", "iron", "magnets") if word in named and present[word][1]
+    ]
     if magnets and not paired and not measured:
         yield from _idle_magnets(model, magnets, "fields" in named)
         if unnumbered := _unnumbered(model):
@@ -109,12 +112,13 @@ def _idle_magnets(model: mujoco.MjModel, named: Sequence[str], fields: bool) -> 
     """Yield why dipoles and iron do not act; `named` says which of them there are."""
     bodies = [*dipole_counts(model)] if "dipoles" in named else []
     iron = [geom for geom, value in declared.iron(model).items() if value and "iron" in named]
-    bodies += model.geom_bodyid[iron].tolist()
+    shapes = [*declared.polarizations(model)] if "magnets" in named else []
+    bodies += model.geom_bodyid[iron + shapes].tolist()
     if not bodies:  # iron without susceptibility
         return
     welds = {int(model.body_weldid[body]) for body in bodies}
     owners = declared.field_owners(model) if fields else set()
-    what = joined([word for word in named if word == "dipoles" or iron])
+    what = joined([word for word in named if word != "iron" or iron])
     one, fixed = len(welds) == 1, not any(can_move(model, body) for body in {*bodies, *owners})
     if fixed and not (one and not owners):
         yield f"the {what}, since none of their bodies can move"

@@ -10,7 +10,7 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.boltzmann.actuators import springs
 from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declarations.marks import DIPOLES, IRON, POTENTIALS
+from magmotor.mjcf.declarations.marks import DIPOLES, IRON, POTENTIALS, SHAPES
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.lookup import disabled, foreign_plugins, label
 from magmotor.mjcf.possible_contacts import colliding_geoms
@@ -35,7 +35,7 @@ def potential_energy(model: mujoco.MjModel) -> Energy:
     functions = {
         _springs_and_gravity: True,
         _gravity_compensation: model.body_gravcomp.any(),
-        magnetic_energy: kinds & (DIPOLES | IRON),
+        magnetic_energy: kinds & (DIPOLES | IRON | SHAPES),
         _joint_potentials: kinds & POTENTIALS and model.nuser_jnt,
     }
     terms += [partial(function, model) for function, acts in functions.items() if acts]

@@ -16,8 +16,8 @@ from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations import table as of_table
 from magmotor.mjcf.declarations.iron import PLANE
-from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON
-from magmotor.mjcf.declared import coil_of_sites, rows
+from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON, SHAPES
+from magmotor.mjcf.declared import coil_of_sites, polarizations, rows
 from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
 from magmotor.mjcf.unit_system import moment_scale
@@ -79,15 +79,19 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
         moments = moment_scale(model) * model.site_user[:, 0] * drives
     strengths, sites = abs(moments), np.flatnonzero(moments)
     pieces = [*_pieces(model)] if kinds & IRON else []
-    geoms = np.array([geom for geom, _, _ in pieces], int)
-    iron = np.array([numbers for _, *numbers in pieces]).reshape(-1, 2)
+    shapes = [*_shapes(model, data)] if kinds & SHAPES else []
+    geoms = np.array([geom for geom, *_ in (*shapes, *pieces)], int)
+    iron = np.array([(0.0, 0.0)] * len(shapes) + [numbers for _, *numbers in pieces])
+    iron = iron.reshape(-1, 2)
     none, others = np.zeros(len(geoms)), np.zeros(len(sites))
     bodies = np.concatenate([model.site_bodyid[sites], model.geom_bodyid[geoms]]).astype(int)
     positions = np.vstack([data.site_xpos[sites], data.geom_xpos[geoms]])
     axes = np.sign(moments[sites, np.newaxis]) * data.site_xmat[sites, 2::3]
-    axes = np.vstack([axes, np.zeros((len(geoms), 3))])
+    own = np.array([moment for _, moment in shapes]).reshape(-1, 3)
+    largest = np.linalg.norm(own, axis=1)
+    axes = np.vstack([axes, own / largest[:, np.newaxis], np.zeros((len(pieces), 3))])
     coils = np.concatenate([coils[sites], np.full(len(geoms), -1)])
-    strengths = np.concatenate([strengths[sites], none])
+    strengths = np.concatenate([strengths[sites], largest, np.zeros(len(pieces))])
     elements = np.concatenate([sites, model.nsite + geoms])
     unbounded = np.concatenate([unbounded[sites], none - 1]).astype(int)
     responses, saturations = (np.concatenate([others, column]) for column in iron.T)
@@ -156,6 +160,18 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
             factor = min(demagnetizing_factors(*axes))
             response = volume * chi / (1 + factor * chi) / VACUUM_PERMEABILITY
             yield geom, response, scale * volume * magnetization or math.inf
+
+
+def _shapes(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, Array]]:
+    """Yield the geoms that are magnets, with their moments along the axes of the world.
+
+    The polarization is that in the units of the model, of which the scale of moments is the root.
+    """
+    scale = moment_scale(model)
+    for geom, polarization in polarizations(model).items():
+        volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])[3]
+        moment = data.geom_xmat[geom].reshape(3, 3) @ polarization * volume
+        yield geom, moment / (VACUUM_PERMEABILITY * scale)
 
 
 def _planes(model: mujoco.MjModel, kinds: int) -> Iterator[tuple[int, float]]:

@@ -7,8 +7,9 @@ from magmotor.mjcf.declarations.fields import check_fields, read_fields
 from magmotor.mjcf.declarations.iron import check_iron, read_iron
 from magmotor.mjcf.declarations.magnetometers import read_magnetometers
 from magmotor.mjcf.declarations.magnets import read_magnets
-from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
+from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
 from magmotor.mjcf.declarations.model_numbers import check_constant, check_tolerance, read_constants
+from magmotor.mjcf.declarations.shapes import check_shapes, read_shapes
 from magmotor.mjcf.late_functions import LateFunction
 from magmotor.numerics import c_types as types
 from magmotor.numerics.compiled_once import compiled_once
@@ -50,6 +51,7 @@ def _read(checksum: int, offsets: layout.Layout):
         read_coils(table, kinds & COILS != 0, m, offsets)
         read_fields(table, kinds & FIELDS != 0, m, offsets)
         read_iron(table, kinds & IRON != 0, coupled, m, offsets)
+        read_shapes(table, kinds & SHAPES != 0, m, offsets)
         read_magnetometers(table, m, offsets)
 
     return read_elements
@@ -74,5 +76,7 @@ def _check(checksum: int, offsets: layout.Layout):
             check_fields(error, table, thorough, m, offsets)
         if error[0] < 0 and kinds & IRON:
             check_iron(error, table, m, offsets)
+        if error[0] < 0 and kinds & SHAPES:
+            check_shapes(error, table, kinds, m, offsets)
 
     return check_elements

@@ -14,7 +14,9 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.user_numbers import has_numbers
 from magmotor.numerics.deferred import subroutine
 
-DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON = (1 << k for k in range(8))
+DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON, SHAPES = (
+    1 << k for k in range(9)
+)
 """Bits for what acts, and for a model that does not say so."""
 
 WRONG = -1
@@ -31,6 +33,7 @@ WORDS = {
     "fields": FIELDS,
     "coils": COILS,
     "iron": IRON,
+    "magnets": SHAPES,
 }
 WORDS["all"] = sum(WORDS.values())
 

@@ -251,8 +251,9 @@ def _kept(words, m, offsets):
 
 @subroutine
 def _has_elements(m, offsets):
-    """Whether a model has elements that may declare anything."""
-    return m[offsets.ntuple // 8] + m[offsets.nnumeric // 8] + m[offsets.nsensor // 8] > 0
+    """Whether a model has elements, or numbers of geoms, that may declare anything."""
+    elements = m[offsets.ntuple // 8] + m[offsets.nnumeric // 8] + m[offsets.nsensor // 8]
+    return elements + m[offsets.nuser_geom // 8] > 0
 
 
 @subroutine
@@ -261,7 +262,7 @@ def _most_words(m, offsets):
     counts = (
         m[offsets.ntuple // 8], m[offsets.nsite // 8], m[offsets.ntuple // 8],
         m[offsets.nsite // 8], m[offsets.nnumeric // 8], m[offsets.ntupledata // 8],
-        m[offsets.ntupledata // 8], m[offsets.nsensor // 8],
+        m[offsets.ntupledata // 8], m[offsets.ngeom // 8], m[offsets.nsensor // 8],
     )  # fmt: skip
     total = WORDS_OF_HEADER
     for k in range(len(counts)):

@@ -118,7 +118,7 @@ def _arrays(m, offsets):
     )  # fmt: skip
     nplugin = m[offsets.nplugin // 8]
     nsensor = m[offsets.nsensor // 8] if nplugin > 0 else 0
-    ngeom = ngeom if ntuple > 0 else 0
+    ngeom = ngeom if ntuple + m[offsets.nuser_geom // 8] > 0 else 0
     nactuator = m[offsets.nactuator // 8] if ntuple > 0 else 0
     nelement = m[offsets.ntupledata // 8]
     # The names of texts, numerics and tuples follow those of all other elements that are read.

@@ -41,12 +41,15 @@ that."""
 IRON = columns("geom material body weld freedoms")
 """A piece or plane of iron: its geom, the numeric of its material, its body, and the same of it."""
 
+SHAPE = columns("geom body weld freedoms")
+"""A geom that is a magnet if it has a polarization: its number, its body, and the same of it."""
+
 MAGNETOMETER = columns("sensor instance site address")
 """A sensor of the field: its number, its instance of the plugin, its site (-1 also if it has no
 data), and the place of its data."""
 
-COUPLINGS, MAGNETS, COILS, SITES, FIELDS, PIECES, PLANES, MAGNETOMETERS = range(8)
-SECTIONS = COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, MAGNETOMETER
+COUPLINGS, MAGNETS, COILS, SITES, FIELDS, PIECES, PLANES, SHAPES, MAGNETOMETERS = range(9)
+SECTIONS = COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, SHAPE, MAGNETOMETER
 """The sections and their records. There are sites only if there are coils."""
 
 HEADER = columns(
@@ -94,7 +97,7 @@ def _rows_of(section: int) -> Any:
     return rows
 
 
-couplings, magnets, coils, sites, fields, pieces, planes, magnetometers = (
+couplings, magnets, coils, sites, fields, pieces, planes, shapes, magnetometers = (
     _rows_of(section) for section in range(len(SECTIONS))
 )
 

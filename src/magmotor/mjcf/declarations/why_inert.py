@@ -10,9 +10,18 @@ from magmotor.mjcf.declarations.marks import (
     IRON,
     NOISE,
     POTENTIALS,
+    SHAPES,
     UNMARKED,
 )
-from magmotor.mjcf.declarations.table import fields, magnetometers, magnets, pieces, planes
+from magmotor.mjcf.declarations.shapes import is_magnet
+from magmotor.mjcf.declarations.table import (
+    fields,
+    magnetometers,
+    magnets,
+    pieces,
+    planes,
+    shapes,
+)
 from magmotor.mjcf.declarations.user_numbers import count_dipoles, has_numbers, has_user_numbers
 from magmotor.numerics.deferred import subroutine
 
@@ -78,7 +87,7 @@ def _is_magnetized(row, m, offsets):
 @subroutine
 def _why_no_magnetism(table, m, offsets, kinds):
     """Return the reason why magnetism does not act; -1 if it does, or is switched off."""
-    if kinds & (DIPOLES | IRON) == 0:
+    if kinds & (DIPOLES | IRON | SHAPES) == 0:
         if kinds & UNMARKED == 0 and count_dipoles(m, offsets) == 0:
             return NO_DIPOLES
         return LEFT_ALONE if kinds & UNMARKED and has_user_numbers(m, offsets) else NOT_NAMED
@@ -94,6 +103,10 @@ def _why_no_magnetism(table, m, offsets, kinds):
             several, moves = several or row.weld != first, moves or row.freedoms > 0
     for row in pieces(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
         if _is_magnetized(row, m, offsets):
+            first = row.weld if first < 0 else first
+            several, moves = several or row.weld != first, moves or row.freedoms > 0
+    for row in shapes(table)[: memory.UNBOUNDED if kinds & SHAPES else 0]:
+        if is_magnet(row.geom, m, offsets):
             first = row.weld if first < 0 else first
             several, moves = several or row.weld != first, moves or row.freedoms > 0
     if first < 0:

@@ -4,7 +4,7 @@ import ctypes
 
 from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations import reader
-from magmotor.mjcf.declarations.marks import COILS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS
+from magmotor.mjcf.declarations.marks import COILS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS, SHAPES
 from magmotor.mjcf.declarations.reader import find_error
 from magmotor.mjcf.forces import brownian_wrenches, dipole_wrenches, drives, resolution
 from magmotor.mjcf.forces.brownian_wrenches import (
@@ -91,8 +91,8 @@ def _forward(checksum: int):
     def forward(model, data, table, kinds, applied, generalized, later, error):
         _ = checksum
         arguments = model, data, table, kinds, applied, generalized, later, error
-        if kinds >= 0 and kinds & (FIELDS | COILS | IRON):
-            # Fields, coils and iron are compiled when a first model has them.
+        if kinds >= 0 and kinds & (FIELDS | COILS | IRON | SHAPES):
+            # Fields, coils, iron and shapes are compiled when a first model has them.
             if _all_are_ready():
                 return _all(arguments)
             memory.words(error, 1)[0] = error_numbers.UNLOADED if loading_failed() else -1
@@ -120,7 +120,9 @@ def _apply_forces(checksum: int, offsets: layout.Layout, everything: bool):
         acting, found = 0, error_numbers.NO_ERROR
         if kinds & NOISE and m[offsets.nuser_body // 8] > 0:
             found = _begin_noise(model, data, m, d, offsets, wrenches)
-        if found[0] < 0 and (kinds & IRON or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0)):
+        if found[0] < 0 and (
+            kinds & (IRON | SHAPES) or (kinds & DIPOLES and m[offsets.nuser_site // 8] > 0)
+        ):
             arguments = m, d, offsets, table, kinds, wrenches, later
             if everything:
                 acting, found = set_magnetic_wrenches(*arguments)

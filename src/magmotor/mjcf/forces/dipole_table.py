@@ -1,6 +1,6 @@
 """The dipoles of a model in one state, as a table for the loops of `magmotor.dipoles`.
 
-The dipoles of one body form a magnet, and so does each piece of iron.
+The dipoles of one body form a magnet, and so does each piece of iron, and each magnet by its geom.
 """
 
 from typing import NamedTuple
@@ -14,6 +14,10 @@ from magmotor.mjcf.forces.iron_pieces import MOVES as MOVES_OF_PIECE
 from magmotor.mjcf.forces.iron_pieces import PIECE
 from magmotor.mjcf.forces.iron_pieces import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
+from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
+from magmotor.mjcf.forces.shaped_magnets import GEOM, MOMENT, POSITION
+from magmotor.mjcf.forces.shaped_magnets import MOVES as MOVES_OF_SHAPE
+from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
 from magmotor.numerics.constants import COUNT
 from magmotor.numerics.deferred import subroutine
 
@@ -27,7 +31,7 @@ The last one lists the magnets that are evaluated pairwise.
 """
 
 ELEMENT, ROWS = 12, 13
-"""Row by dipole: its site, or, for a piece of iron, the number of sites plus its geom."""
+"""Row by dipole: its site, or, for iron and magnets by geom, the number of sites plus the geom."""
 
 NOBODY = -2.0
 """Label that no dipole in the table has."""
@@ -39,7 +43,8 @@ FAR = 1e150
 class Magnets(NamedTuple):
     """What a table contains: how many magnets, how many of them pairwise, and where they end.
 
-    Grouped dipoles are in columns 0 to `end`, of which those from `iron` on are pieces of iron;
+    Grouped dipoles are in columns 0 to `end`, of which those from `iron` on are pieces of iron, and
+    those from `shaped` on are magnets by their geom;
     `mixed` is whether they belong to more than one rigid body. Pairwise magnets, each padded, are
     in columns `boundary` to `after`.
     """
@@ -47,6 +52,7 @@ class Magnets(NamedTuple):
     number: int
     pairwise: int
     iron: int
+    shaped: int
     end: int
     mixed: bool
     boundary: int
@@ -61,8 +67,8 @@ def table_size(dipoles, coupled):
 
 
 @subroutine(forceinline=True)
-def gather(table, boundary, scale, drives, pieces, own, count, m, d, offsets):
-    """Fill the table with dipole sites and pieces of iron; return the `Magnets`.
+def gather(table, boundary, scale, drives, pieces, shapes, own, count, m, d, offsets):
+    """Fill the table with dipole sites, pieces of iron and magnets; return the `Magnets`.
 
     `scale` multiplies all moments, and `drives`, unless it is empty, those of the sites of coils;
     the pieces have no moment yet. `own` is the table of the model, of whose magnets the first
@@ -113,8 +119,14 @@ def gather(table, boundary, scale, drives, pieces, own, count, m, d, offsets):
         mixed = mixed or table[LABEL, 0] != table[LABEL, end]
         end += 1
         magnets += 1
+    shaped = end
+    for i in range(len(shapes)):
+        _add_shape(table, end, magnets, shapes[i], nsite)
+        mixed = mixed or table[LABEL, 0] != table[LABEL, end]
+        end += 1
+        magnets += 1
     _pad(table, end)
-    return Magnets(magnets, pairwise, iron, end, mixed, boundary, after)
+    return Magnets(magnets, pairwise, iron, shaped, end, mixed, boundary, after)
 
 
 @subroutine
@@ -128,6 +140,16 @@ def _add_piece(table, end, magnet, piece, nsite, d, offsets):
     table[LABEL, end], table[ELEMENT, end] = piece[WELD_OF_PIECE], nsite + geom
     table[FIRST, magnet], table[SIZE, magnet] = end, 1
     table[BODY, magnet], table[MOVES, magnet] = piece[BODY_OF_PIECE], piece[MOVES_OF_PIECE]
+
+
+@subroutine
+def _add_shape(table, end, magnet, shape, nsite):
+    """Write the dipole of a magnet by its geom to column `end`."""
+    for k in range(3):
+        table[k, end], table[3 + k, end] = shape[POSITION + k], shape[MOMENT + k]
+    table[LABEL, end], table[ELEMENT, end] = shape[WELD_OF_SHAPE], nsite + shape[GEOM]
+    table[FIRST, magnet], table[SIZE, magnet] = end, 1
+    table[BODY, magnet], table[MOVES, magnet] = shape[BODY_OF_SHAPE], shape[MOVES_OF_SHAPE]
 
 
 @subroutine

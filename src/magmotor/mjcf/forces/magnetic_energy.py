@@ -3,6 +3,7 @@
 import math
 
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
+from magmotor.mjcf import memory
 from magmotor.mjcf.forces.applied_fields import acts_on, field_and_gradient
 from magmotor.mjcf.forces.coupling_factors import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
@@ -15,7 +16,8 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.induction import iron_energy
-from magmotor.mjcf.forces.mirror import NOTHING
+from magmotor.mjcf.forces.mirror import NOTHING, mirrored
+from magmotor.mjcf.forces.shape_wrenches import add_shape_corrections, dipole_at_dipole
 from magmotor.numerics.deferred import subroutine
 
 
@@ -30,7 +32,7 @@ def energy_of(state, m, offsets):
     energy = iron_energy(state.iron, state.pieces, state.mirror)
     for k in range(magnets.number):
         first, last = int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])
-        if magnets.iron <= first < magnets.boundary:
+        if magnets.iron <= first < magnets.shaped:
             continue
         for other in range(k):
             energy += _energy_of_pair(state, k, other)
@@ -38,11 +40,26 @@ def energy_of(state, m, offsets):
             target = dipole(table, i)
             images = add_images(NOTHING, target, table, magnets.iron, magnets, state.mirror)
             energy -= 0.5 * _product(target, images[3:6])
+            if state.mirror[0] != 0.0:
+                energy += 0.5 * _energy_in_images(target, state)
             for number in range(len(state.fields)):
                 row = state.fields[number]
                 if acts_on(row, table[LABEL, first], table[MOVES, k]):
                     field = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
                     energy -= _product(target, field[:3])
+    if len(state.shapes) > 0:
+        nothing = memory.numbers(0, 0, 3), memory.numbers(0, 0, 6)
+        energy += add_shape_corrections(state, state.charges, *nothing, True)
+    return energy
+
+
+@subroutine
+def _energy_in_images(target, state):
+    """Return the energy of a dipole in the images of the dipoles of magnets by their geom."""
+    table, magnets, energy = state.table, state.magnets, 0.0
+    there = mirrored(state.mirror, target)
+    for i in range(magnets.shaped, magnets.end):
+        energy -= state.mirror[0] * dipole_at_dipole(there, dipole(table, i))[6]
     return energy
 
 
@@ -58,7 +75,7 @@ def _energy_of_pair(state, k, other):
     table, magnets = state.table, state.magnets
     first, start = int(table[FIRST, k]), int(table[FIRST, other])
     moves = table[MOVES, k] + table[MOVES, other] > 0.0
-    iron = magnets.iron <= start < magnets.boundary
+    iron = magnets.iron <= start < magnets.shaped
     if iron or not moves or table[LABEL, first] == table[LABEL, start]:
         return 0.0
     factor = coupling_factor(table[BODY, k], table[BODY, other], state.couplings)

@@ -7,12 +7,14 @@ import mujoco
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.declarations import table as declared
-from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON
+from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
 from magmotor.mjcf.declarations.model_numbers import moment_scale
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.error_numbers import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
 from magmotor.mjcf.forces import applied_fields as applied
 from magmotor.mjcf.forces.applied_fields import NAME, acts_on, field_and_gradient, read_fields
+from magmotor.mjcf.forces.charges import MOST
+from magmotor.mjcf.forces.charges import ROWS as ROWS_OF_CHARGES
 from magmotor.mjcf.forces.clusters import cluster_bytes
 from magmotor.mjcf.forces.coupling_factors import read_couplings
 from magmotor.mjcf.forces.dipole_table import (
@@ -34,6 +36,9 @@ from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
 from magmotor.mjcf.forces.iron_pieces import COLUMNS, OUTER, read_mirror, read_pieces
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
+from magmotor.mjcf.forces.shape_wrenches import flux_of_shapes
+from magmotor.mjcf.forces.shaped_magnets import COLUMNS as COLUMNS_OF_SHAPE
+from magmotor.mjcf.forces.shaped_magnets import read_shapes
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.deferred import subroutine
@@ -46,7 +51,8 @@ class MagneticState(NamedTuple):
     """What `read_state` returns; all arrays are on the stack of `mjData`.
 
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `applied_fields.py`,
-    `mirror` in `mirror.py`, `pieces` in `iron_pieces.py`, and `iron` in `induction.py`; `couplings`
+    `mirror` in `mirror.py`, `pieces` in `iron_pieces.py`, `iron` in `induction.py`, `shapes` in
+    `shaped_magnets.py`, and `charges` in `charges.py`; `couplings`
     has rows of two bodies and a factor, `scale` is that of the moments (see `model_numbers.py`),
     and `error` is for `report`.
     """
@@ -57,6 +63,8 @@ class MagneticState(NamedTuple):
     fields: Any
     iron: Any
     pieces: Any
+    shapes: Any
+    charges: Any
     mirror: tuple[float, float, float, float, float]
     scale: float
     error: tuple[int, int, int]
@@ -71,6 +79,7 @@ class Sizes(NamedTuple):
     fields: int
     pieces: int
     coils: int
+    shapes: int
 
 
 @subroutine
@@ -88,13 +97,20 @@ def _sizes(table, kinds):
         len(declared.fields(table)) if kinds & FIELDS else 0,
         len(declared.pieces(table)) if kinds & IRON else 0,
         len(declared.coils(table)) if kinds & COILS and count > 0 else 0,
+        len(declared.shapes(table)) if kinds & SHAPES else 0,
     )
+
+
+@subroutine
+def _dipoles(sizes):
+    """Return the largest number of dipoles."""
+    return sizes.sites + sizes.pieces + sizes.shapes
 
 
 @subroutine
 def _stack_words(sizes):
     """Return the number of 64-bit words that `read_state` allocates."""
-    _, columns = table_size(sizes.sites + sizes.pieces, sizes.couplings > 0)
+    _, columns = table_size(_dipoles(sizes), sizes.couplings > 0)
     return (
         ROWS * columns
         + 3 * sizes.couplings
@@ -102,6 +118,8 @@ def _stack_words(sizes):
         + COLUMNS * sizes.pieces
         + 7 * padded(sizes.pieces)
         + sizes.coils
+        + COLUMNS_OF_SHAPE * sizes.shapes
+        + (ROWS_OF_CHARGES * MOST if sizes.shapes > 0 else 0)
     )
 
 
@@ -118,7 +136,7 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
         _ = checksum
         m, table = memory.words(model, memory.UNBOUNDED), table_of(model, False)
         sizes = _sizes(table, acting_kinds(table, m, offsets))
-        return 8 * _stack_words(sizes) + cluster_bytes(sizes.sites + sizes.pieces) + ALIGNMENT
+        return 8 * _stack_words(sizes) + cluster_bytes(_dipoles(sizes)) + ALIGNMENT
 
     return stack_bytes
 
@@ -126,7 +144,7 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
 @subroutine(forceinline=True)
 def _room(d, sizes):
     """Return arrays on the stack of `mjData`, in the order of `_stack_words`."""
-    boundary, columns = table_size(sizes.sites + sizes.pieces, sizes.couplings > 0)
+    boundary, columns = table_size(_dipoles(sizes), sizes.couplings > 0)
     place = memory.allocate(d.ctypes.data, 8 * _stack_words(sizes), 64)
     table = memory.numbers(place, ROWS, columns)
     place += 8 * ROWS * columns
@@ -139,18 +157,24 @@ def _room(d, sizes):
     iron = memory.numbers(place, 7, padded(sizes.pieces))
     place += 8 * 7 * padded(sizes.pieces)
     drives = memory.numbers(place, 1, sizes.coils)[0]
-    return table, boundary, couplings, fields, pieces, iron, drives
+    place += 8 * sizes.coils
+    shapes = memory.numbers(place, sizes.shapes, COLUMNS_OF_SHAPE)
+    place += 8 * COLUMNS_OF_SHAPE * sizes.shapes
+    charges = memory.numbers(place, ROWS_OF_CHARGES, MOST)
+    return table, boundary, couplings, fields, pieces, iron, drives, shapes, charges
 
 
 @subroutine(forceinline=True)
 def read_dipoles(m, d, offsets, own, kinds):
     """Read dipoles and couplings only; the arguments are those of `read_state`."""
     sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
-    table, boundary, couplings, fields, pieces, iron, drives = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, iron, drives, shapes, charges = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
-    magnets = gather(table, boundary, scale, drives, pieces, own, sizes.magnets, m, d, offsets)
+    magnets = gather(
+        table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
+    )  # fmt: skip
     return MagneticState(
-        table, magnets, couplings, fields, iron, pieces, NO_MIRROR, scale, NO_ERROR
+        table, magnets, couplings, fields, iron, pieces, shapes, charges, NO_MIRROR, scale, NO_ERROR
     )  # fmt: skip
 
 
@@ -161,21 +185,29 @@ def read_state(m, d, offsets, own, kinds):
     The caller marks the stack of `mjData` before, and frees it afterwards.
     """
     sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
-    table, boundary, couplings, fields, pieces, iron, drives = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, iron, drives, shapes, charges = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
     if sizes.coils > 0:
         read_drives(drives, own, m, d, offsets)
     mirror = NO_MIRROR
+    if kinds & SHAPES:
+        shapes = shapes[: read_shapes(shapes, scale, own, m, d, offsets)]
     if kinds & IRON:
         pieces = pieces[: read_pieces(pieces, scale, own, m, offsets)]
         mirror = read_mirror(own, m, d, offsets)
-    magnets = gather(table, boundary, scale, drives, pieces, own, sizes.magnets, m, d, offsets)
+    magnets = gather(
+        table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
+    )  # fmt: skip
     error = _dipole_behind(table, magnets, mirror)
-    state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, scale, error)
+    state = MagneticState(
+        table, magnets, couplings, fields, iron, pieces, shapes, charges, mirror, scale, error
+    )  # fmt: skip
     if len(pieces) > 0 and error[0] < 0:
         error = _magnetize(state, m, d, offsets)
-        state = MagneticState(table, magnets, couplings, fields, iron, pieces, mirror, scale, error)
+        state = MagneticState(
+            table, magnets, couplings, fields, iron, pieces, shapes, charges, mirror, scale, error
+        )  # fmt: skip
     return state
 
 
@@ -243,6 +275,8 @@ def misplaced_dipole(state, m, offsets):
 def field_at(state, end, x, y, z, m, offsets):
     """Compute the field at a point, without that of the grouped dipoles from column `end` on.
 
+    That of magnets by their geom is included.
+
     It is over the scale of the moments. Returns a total as in `magmotor.dipoles.sum_over_sources`,
     without force; an error or -1; and the numeric outside of whose table the point is.
     """
@@ -253,6 +287,9 @@ def field_at(state, end, x, y, z, m, offsets):
     # The field of images is that of the iron on this side of the plane only.
     total = add_images(total, target, state.table, end, state.magnets, state.mirror)
     bx, by, bz = total[3], total[4], total[5]
+    if len(state.shapes) > 0:
+        ux, uy, uz = flux_of_shapes(state, x, y, z)
+        bx, by, bz = bx + ux, by + uy, bz + uz
     for i in range(len(state.fields)):
         f = field_and_gradient(state.fields[i], x, y, z, m, offsets)
         bx, by, bz = bx + f[0], by + f[1], bz + f[2]

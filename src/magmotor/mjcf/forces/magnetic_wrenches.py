@@ -25,6 +25,7 @@ from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.magnetic_state import read_dipoles, read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
+from magmotor.mjcf.forces.shape_wrenches import add_shape_corrections
 from magmotor.numerics.deferred import subroutine
 
 
@@ -51,6 +52,8 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
             acting += more
         if error[0] < 0 and state.mirror[0] != 0.0:
             acting += _add_image_wrenches(state, center, applied)
+        if error[0] < 0 and len(state.shapes) > 0:
+            add_shape_corrections(state, state.charges, center, applied, False)
         if error[0] < 0:
             error = unresolved_body(state.table, state.magnets, m, d, offsets, applied, later)
     memory.free_stack(d.ctypes.data)

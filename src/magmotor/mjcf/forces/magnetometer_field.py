@@ -25,7 +25,7 @@ def measure(m, d, offsets, own, kinds, instance):
         if sensor.instance == instance:
             site = sensor.site
             x, y, z = position[site, 0], position[site, 1], position[site, 2]
-            total, why, _ = field_at(state, state.magnets.end, x, y, z, m, offsets)
+            total, why, _ = field_at(state, state.magnets.shaped, x, y, z, m, offsets)
             b = total[3:6]
             if error[0] < 0 and (why >= 0 or total[6]):
                 error = (UNMEASURED, sensor.sensor, site)

@@ -18,7 +18,7 @@ from magmotor.common.hints import Positive, number, numbers
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.magnets.dipole_layout import smallest_layout
 from magmotor.mjcf.magnets.grades import GRADES, NDFEB
-from magmotor.mjcf.magnets.shapes import SIZES, Ball, Body, body_of
+from magmotor.mjcf.magnets.shapes import SIZES, Ball, Body, Geom, Tube, body_of
 
 DRAWN = 0.04
 """Radius at which a site is drawn, in units of the magnet's smallest extent."""
@@ -150,13 +150,21 @@ class Magnet:
         return points.copy(), self.moment * np.outer(parts, self.direction)
 
     @checked
-    def mjcf(self, error: Error, gap: Positive, name: str = "", *, units: Units = SI) -> str:
+    def mjcf(
+        self,
+        error: Error | None = None,
+        gap: Positive | None = None,
+        name: str = "",
+        *,
+        units: Units = SI,
+    ) -> str:
         """Return the magnet as MJCF, to be pasted into a `<body>`.
 
         Parameters
         ----------
-        error, gap : float
-            See `dipoles`.
+        error, gap : float, optional
+            Without them, the geom is the magnet: its polarization is its `user`, and forces are
+            right in contact, too. With both, dipoles represent the magnet; see `dipoles`.
         name : str
             Name of the geom. The sites, and the boxes of a ring, add a number to it. Without it,
             nothing is named.
@@ -168,24 +176,30 @@ class Magnet:
         Returns
         -------
         str
-            One line for the geom with size and mass, and one for each dipole, a site with its
-            moment as `user`. MuJoCo has no hollow cylinder: a ring has one hidden geom that
-            touches nothing, with the ring's mass and inertia, and massless boxes around the hole.
+            One line for the geom with size, mass and polarization; or without that, and one for
+            each dipole, a site with its moment as `user`. MuJoCo has no hollow cylinder: a ring has
+            a hidden geom that touches nothing, with the ring's mass and inertia, and massless boxes
+            around the hole. As a magnet, it is a cylinder, and another one with the opposite
+            polarization in its place of the hole.
 
         Raises
         ------
         ValueError
-            As for `dipoles`.
+            As for `dipoles`, or only one of `error` and `gap` is given.
 
         Notes
         -----
-        The model must contain `<custom><text name="magmotor" data="dipoles"/></custom>` or the
-        plugin; see `magnetism`. With `MjSpec`, `add_magnet` adds the same elements, and these, too.
+        The model must contain `<custom><text name="magmotor" data="magnets"/></custom>`, or
+        `dipoles` instead, or the plugin; see `magnetism`. With `MjSpec`, `add_magnet` adds the same
+        elements, and these, too.
 
         Examples
         --------
         >>> import magmotor as mm
-        >>> print(mm.magnet("sphere", 0.01, remanence=1.3).mjcf(error=0.01, gap=0.001))
+        >>> ball = mm.magnet("sphere", 0.01, remanence=1.3)
+        >>> print(ball.mjcf())
+        <geom type="sphere" size="0.005" mass="0.00392699081699" user="0 0 1.3"/>
+        >>> print(ball.mjcf(error=0.01, gap=0.001))
         <geom type="sphere" size="0.005" mass="0.00392699081699"/>
         <site pos="0 0 0" zaxis="0 0 1" size="0.0004" user="0.541666666667"/>
         """
@@ -194,24 +208,53 @@ class Magnet:
 
 
 def elements_of(
-    magnet: Magnet, error: float, gap: float, name: str, units: tuple[float, float, float]
+    magnet: Magnet,
+    error: float | None,
+    gap: float | None,
+    name: str,
+    units: tuple[float, float, float],
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the tag and the attributes of each element of a magnet; see `Magnet.mjcf`.
 
     Numbers have twelve digits.
     """
+    if (error is None) != (gap is None):
+        sentence = "both or none of them must be given"
+        raise ArgumentError("error and gap", (error, gap), sentence)
     length, mass, moment = units
-    positions, moments = magnet.dipoles(error, gap)
     body = type(magnet._body)(*(edge / length for edge in magnet._body))
-    for k, geom in enumerate(body.geoms(magnet.mass / mass)):
+    geoms = [*body.geoms(magnet.mass / mass)]
+    if error is None or gap is None:
+        of_polarization = mass * length**2 / moment  # since a moment times it is an energy
+        polarization = magnet.remanence / of_polarization * np.array(magnet.direction)
+        geoms = _magnetized(body, geoms, polarization)
+    for k, geom in enumerate(geoms):
         named = {"name": f"{name} {k}" if k else name} if name else {}
         yield "geom", named | {key: _rounded(value) for key, value in geom.items()}
+    if error is None or gap is None:
+        return
+    positions, moments = magnet.dipoles(error, gap)
     drawn = DRAWN * min(body.extents)
     strengths = moments @ magnet.direction / moment
     for k, (position, strength) in enumerate(zip(positions / length, strengths, strict=True)):
         named = {"name": f"{name} {k}"} if name else {}
         site = {"pos": position, "zaxis": magnet.direction, "size": [drawn], "user": [strength]}
         yield "site", named | {key: _rounded(value) for key, value in site.items()}
+
+
+def _magnetized(body: Body, geoms: list[Geom], polarization: Array) -> list[Geom]:
+    """Return the geoms of a body with its polarization.
+
+    A ring is a cylinder less that in its hole. The one that has the ring's inertia is too narrow.
+    """
+    if not isinstance(body, Tube) or not body.inner:
+        return [geoms[0] | {"user": polarization}, *geoms[1:]]
+    added = []
+    for diameter, sign in ((body.outer, 1.0), (body.inner, -1.0)):
+        size = [diameter / 2, body.height / 2]
+        own: Geom = {"type": "cylinder", "size": size, "mass": 0.0, "user": sign * polarization}
+        added.append(own | {"contype": 0, "conaffinity": 0, "group": 3})
+    return geoms + added
 
 
 @checked

@@ -1,0 +1,91 @@
+"""Magnets by their geom: the numbers `user` of a geom are its polarization in T, in its own frame.
+
+The polarization is uniform, and the magnet has the shape of the geom. A geom whose numbers are all
+0, as MuJoCo sets them where there are none, is no magnet.
+"""
+
+import math
+
+from magmotor.mjcf import memory
+from magmotor.mjcf.declarations.iron import BOX, CYLINDER, ELLIPSOID, SPHERE
+from magmotor.mjcf.declarations.marks import COUPLINGS, IRON
+from magmotor.mjcf.declarations.table import SHAPES, add_row, couplings, header, pieces, shapes
+from magmotor.mjcf.error_numbers import (
+    COUPLED_MAGNET,
+    MAGNETIC_IRON,
+    POLARIZATION,
+    SHAPELESS,
+    SIZE,
+    set_error,
+)
+from magmotor.numerics.deferred import subroutine
+
+LARGEST = 2.5
+"""Largest polarization in T that any material has, iron and its alloys included."""
+
+
+@subroutine
+def read_shapes(table, acts, m, offsets):
+    """Write a row for each geom, if geoms have the numbers for a polarization, and these act."""
+    if not acts or m[offsets.nuser_geom // 8] < 3:
+        return
+    body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
+    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
+    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
+    for geom in range(m[offsets.ngeom // 8]):
+        added = add_row(table, SHAPES)
+        row = shapes(table)[added]
+        row.geom, row.body = geom, body_of[geom]
+        row.weld = weld_of[row.body]
+        row.freedoms = freedoms[row.weld]
+
+
+@subroutine
+def polarization_of(geom, m, offsets):
+    """Return the polarization of a geom."""
+    numbers = memory.numbers(
+        m[offsets.geom_user // 8], memory.UNBOUNDED, m[offsets.nuser_geom // 8]
+    )
+    return numbers[geom, 0], numbers[geom, 1], numbers[geom, 2]
+
+
+@subroutine
+def is_magnet(geom, m, offsets):
+    """Whether a geom has a polarization."""
+    x, y, z = polarization_of(geom, m, offsets)
+    return x != 0.0 or y != 0.0 or z != 0.0
+
+
+@subroutine(forceinline=True)
+def check_shapes(error, table, kinds, m, offsets):
+    """Find an error in polarizations, or in the shapes and sizes of the geoms that have one.
+
+    If these act, no coupling must name the body of such a geom, and no iron the geom itself.
+
+    In the units of a model with a magnetic constant, a polarization may be any finite number.
+    """
+    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
+    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
+    largest = LARGEST if header(table).constant < 0 else math.inf
+    for row in shapes(table):
+        geom = row.geom
+        if error[0] >= 0 or not is_magnet(geom, m, offsets):
+            continue
+        x, y, z = polarization_of(geom, m, offsets)
+        square = x * x + y * y + z * z
+        kind = shape[geom]
+        used = 1 if kind == SPHERE else (2 if kind == CYLINDER else 3)
+        if not (square <= largest * largest and square < math.inf):
+            set_error(error, POLARIZATION, geom)
+        elif kind not in (SPHERE, ELLIPSOID, CYLINDER, BOX):
+            set_error(error, SHAPELESS, geom)
+        else:
+            for axis in range(used):
+                if not 0.0 < size[geom, axis] < math.inf:
+                    set_error(error, SIZE, geom)
+            for pair in couplings(table)[: memory.UNBOUNDED if kinds & COUPLINGS else 0]:
+                if error[0] < 0 and row.body in (pair.body, pair.other):
+                    set_error(error, COUPLED_MAGNET, geom, pair.tuple)
+            for piece in pieces(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
+                if error[0] < 0 and piece.geom == geom:
+                    set_error(error, MAGNETIC_IRON, geom)
