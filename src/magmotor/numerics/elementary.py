@@ -57,7 +57,7 @@ def cosine_of_quarter(q):
     return fused(y, p, 1.0)
 
 
-@subroutine(forceinline=True)
+@twofold(python=lambda turns: math.cos(2.0 * math.pi * turns), forceinline=True)
 def cosine(turns):
     """cos(2 pi turns) for any number."""
     return sine_of_quarter(0.25 - abs(turns - nearest_integer(turns)))

@@ -24,11 +24,11 @@ import math
 from magmotor.numerics.deferred import twofold
 from magmotor.numerics.rotations import TINY
 
-CUTOFF = 1e-9
+CUTOFF = 5e-9
 """Distance from the rim where the logarithm is cut off, in parts of the radius, and distance from
 the curved side or the plane of an end at which a point on it is put outside."""
 
-STEPS = 7
+STEPS = 6
 """Landen transformations after the first; each squares the error."""
 
 DOUBLED = 2.0 ** (STEPS + 1)
@@ -153,7 +153,8 @@ def _end(h, r, radius):
     for _ in range(STEPS):
         root = 2.0 * math.sqrt(product)
         product = root * mean
-        by_mean, by_p = 1.0 / mean, 1.0 / p
+        both = 1.0 / (mean * p)
+        by_mean, by_p = both * p, both * mean
         a, b = a + b * by_mean, 2.0 * (b + a * root)
         ratio = product * by_p
         c, d = c + d * by_p, 2.0 * (d + c * ratio)
