@@ -1,21 +1,22 @@
 """Field and potential of a uniformly polarized cylinder about the z axis, centered at the origin.
 
 With the Newtonian potential W of the cylinder, phi = -J.grad W/(4 pi), so that mu0 H = -N J with
-the demagnetizing tensor N = -grad grad W/(4 pi) of the point. In cylindrical coordinates, it has the
-elements N_rz, N_zz, N_pp and, as the trace is 1 inside and 0 outside, N_rr. Each is a difference of
-two terms, one for each end: complete elliptic integrals that, with C = cos(t) and S = sin(t), are
+the demagnetizing tensor N = -grad grad W/(4 pi) of the point. In cylindrical coordinates, it has
+the elements N_rz, N_zz, N_pp and, as the trace is 1 inside and 0 outside, N_rr. Each is a
+difference of two terms, one for each end: complete elliptic integrals that, with C = cos(t) and
+S = sin(t), are
 
     I(a, b, p) = int_0^(pi/2) (a C^2 + b S^2) / ((C^2 + p S^2) sqrt(C^2 + k^2 S^2)) dt.
 
-Here, k is the ratio of the least and the largest distance from the end's rim. N_rz and N_zz are those
-of a solenoid (N. Derby and S. Olbert, Am. J. Phys. 78 (2010) 229). With g = (R - r)/(R + r),
-N_pp is a sum over both ends, at the heights h with opposite signs, of
+Here, k is the ratio of the least and the largest distance m from the end's rim. N_rz and N_zz are
+those of a solenoid (N. Derby and S. Olbert, Am. J. Phys. 78 (2010) 229). With the height h above
+the end and g = (R - r)/(R + r), the term of N_pp is
 
-    R h/(2 pi r m) (I(1, -1, 1) - I(1, -g^2, g^2)), where m^2 = (R + r)^2 + h^2,
+    R h/(2 pi r m) (I(1, -g^2, g^2) - I(1, -1, 1)),
 
-and the potential across the axis is N_pp J.(x, y, 0). The integrals are found by the descending
-Landen transformation (R. Bulirsch, Numer. Math. 7 (1965) 78), whose first step is taken such that
-nothing cancels at the axis. Rounding errors are about 1e-15 |J| at any distance, so that the
+and the potential of the transverse polarization is N_pp J.(x, y, 0). Descending Landen
+transformations find the integrals (R. Bulirsch, Numer. Math. 7 (1965) 78). The first is taken such
+that nothing cancels at the axis. Rounding errors are about 1e-15 |J| at any distance, so that the
 relative errors grow with its third power.
 """
 
@@ -25,11 +26,11 @@ from magmotor.numerics.deferred import twofold
 from magmotor.numerics.rotations import TINY
 
 CUTOFF = 5e-9
-"""Distance from the rim where the logarithm is cut off, in parts of the radius, and distance from
-the curved side or the plane of an end at which a point on it is put outside."""
+"""Least k, which cuts the logarithm off at the rim, and the distance from the curved side at which
+a point on it is put outside, in parts of the radius."""
 
 STEPS = 6
-"""Landen transformations after the first; each squares the error."""
+"""Landen transformations after the first; each squares the error, and k = 1e-8 needs six."""
 
 DOUBLED = 2.0 ** (STEPS + 1)
 """What the arithmetic-geometric mean is multiplied by."""
@@ -132,9 +133,9 @@ def _field(x, y, z, radius, half, jx, jy, jz, within, trace, image):
 
 @twofold(forceinline=True)
 def _end(h, r, radius):
-    """Return the terms of an end at a height below the point, of N_rz/r, -N_zz/h and N_pp/h.
+    """Return the terms of N_rz/r, -N_zz/h and N_pp/h of an end, where h is the height above it.
 
-    The fourth is the potential of the end as a disk with the charge 1 per area.
+    The fourth number is the potential of the end as a disk with the charge 1 per area.
     """
     wide, gap = radius + r, radius - r
     gap = gap if gap != 0.0 else -CUTOFF * radius

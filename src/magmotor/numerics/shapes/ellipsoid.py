@@ -23,7 +23,7 @@ from magmotor.numerics.rotations import TINY
 DEEPEST = 0.75
 """Fraction of the least a_i^2 to which the field is continued: half the radius of a sphere."""
 
-DUPLICATIONS = 7
+DUPLICATIONS = 5
 """Number of duplications, each of which divides the differences of three numbers by four."""
 
 REFINEMENTS = 2
