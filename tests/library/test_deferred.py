@@ -15,7 +15,7 @@ import magmotor as mm
 from magmotor.numerics import rotations, simd
 from magmotor.numerics.c_types import boolean, int64, void
 from magmotor.numerics.compiler import inference
-from magmotor.numerics.deferred import Intrinsic, Subroutine, jitable, njit, subroutine
+from magmotor.numerics.deferred import Intrinsic, Subroutine, jitable, njit, subroutine, twofold
 from magmotor.numerics.dependencies import reached
 
 IMPORTS = """
@@ -61,6 +61,26 @@ def _thrice(x):
 @subroutine
 def _sixfold(x):
     return 2.0 * _thrice(x)
+
+
+@twofold(python=lambda x: -x)
+def _opposite(x):
+    return 2.0 * x
+
+
+@twofold
+def _half(x):
+    return _opposite(x) / 4.0
+
+
+def test_twofold_functions_are_called_by_both():
+    @njit
+    def caller(x):
+        return _half(x), _opposite(x)
+
+    assert caller(1.0) == (0.5, 2.0)
+    assert (_half(1.0), _opposite(1.0)) == (-0.25, -1.0)
+    assert isinstance(_half, Subroutine)
 
 
 def test_what_a_name_stands_for_is_made_once():

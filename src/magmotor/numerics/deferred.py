@@ -95,6 +95,18 @@ class Subroutine(Deferred):
     """A function that compiled code calls."""
 
 
+class Twofold(Subroutine):
+    """A function that compiled code calls, and in whose place Python calls a Python function."""
+
+    def __init__(self, make: Callable[[], Any], function: Callable, python: Callable):
+        super().__init__(make, function)
+        self._python = python
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        """Call the Python function."""
+        return self._python(*args, **options)
+
+
 class External(Deferred):
     """A C function, bound to a symbol when compiled code is loaded."""
 
@@ -127,6 +139,19 @@ def subroutine(
         return compiled(function, forceinline, inline)
 
     return Subroutine(make, function)
+
+
+def twofold(
+    function: Callable | None = None,
+    *,
+    python: Callable | None = None,
+    forceinline: bool = False,
+) -> Any:
+    """Make a `subroutine` that Python can call, too: as it is, or `python` instead; a decorator."""
+    if function is None:
+        return partial(twofold, python=python, forceinline=forceinline)
+    compiled = subroutine(function, forceinline=forceinline)
+    return Twofold(lambda: compiled.real, function, python or function)
 
 
 def njit(function: Callable) -> Any:

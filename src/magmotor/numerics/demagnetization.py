@@ -7,7 +7,7 @@ along H, with the susceptibility chi and the saturation magnetization M_s.
 
 import math
 
-from magmotor.numerics.deferred import jitable, njit
+from magmotor.numerics.deferred import jitable, njit, twofold
 
 VACUUM_PERMEABILITY = 4e-7 * math.pi
 """mu0 in T m/A; see `magmotor.dipoles.PERMEABILITY_OVER_4PI`."""
@@ -41,12 +41,19 @@ def _rd(x, y, z):
         power *= 0.25
         x, y, z = 0.25 * (x + root), 0.25 * (y + root), 0.25 * (z + root)
         mean = (x + y + 3.0 * z) / 5.0
+    return total + power * near_equal_rd(x, y, z)
+
+
+@twofold(forceinline=True)
+def near_equal_rd(x, y, z):
+    """Return the integral of `_rd` for numbers that differ little, by its series."""
+    mean = (x + y + 3.0 * z) / 5.0
     x, y, z = 1.0 - x / mean, 1.0 - y / mean, 1.0 - z / mean
     xy, zz = x * y, z * z
     e2, e3, e4, e5 = xy - 6.0 * zz, (3.0 * xy - 8.0 * zz) * z, 3.0 * (xy - zz) * zz, xy * zz * z
     series = 1.0 - 3.0 * e2 / 14.0 + e3 / 6.0 + 9.0 * e2 * e2 / 88.0 - 3.0 * e4 / 22.0
     series += 3.0 * e5 / 26.0 - 9.0 * e2 * e3 / 52.0
-    return total + power * series / (mean * math.sqrt(mean))
+    return series / (mean * math.sqrt(mean))
 
 
 @njit

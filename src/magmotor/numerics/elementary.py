@@ -9,10 +9,13 @@ import math
 
 import numpy as np
 
-from magmotor.numerics.deferred import Intrinsic, subroutine
+from magmotor.numerics.deferred import Intrinsic, subroutine, twofold
 from magmotor.numerics.simd import fused
 
 _LN2 = 0.6931471805599453
+_TANGENT_OF_EIGHTH = 0.41421356237309503
+_QUARTER, _HALF = 0.7853981633974483, 1.5707963267948966
+_TINY = 1e-300
 _SQRT_HALF_BITS = np.int64(0x3FE6A09E667F3BCD)
 
 
@@ -54,7 +57,7 @@ def cosine_of_quarter(q):
     return fused(y, p, 1.0)
 
 
-@subroutine(forceinline=True)
+@twofold(python=lambda turns: math.cos(2.0 * math.pi * turns), forceinline=True)
 def cosine(turns):
     """cos(2 pi turns) for any number."""
     return sine_of_quarter(0.25 - abs(turns - nearest_integer(turns)))
@@ -67,7 +70,7 @@ def sine(turns):
     return sine_of_quarter(math.copysign(min(abs(r), 0.5 - abs(r)), r))
 
 
-@subroutine(forceinline=True)
+@twofold(python=math.log, forceinline=True)
 def logarithm(number):
     """Natural logarithm of a positive, normal double: k log 2 + 2 artanh((z-1)/(z+1)), z near 1."""
     bits = np.int64(float_as_bits(number))
@@ -79,3 +82,21 @@ def logarithm(number):
     p = fused(y, fused(y, p, 0.18182889125261723), 0.2222221113479508)
     p = fused(y, fused(y, p, 0.28571428625975487), 0.39999999999899505)
     return fused(float(k), _LN2, s * fused(y, fused(y, p, 0.666666666666667), 2.0))
+
+
+@twofold(python=math.atan2, forceinline=True)
+def arctangent(y, x):
+    """Angle of the point (x, y) in radians, from -pi to pi, as `math.atan2`; 0 at the origin."""
+    small, large = min(abs(x), abs(y)), max(abs(x), abs(y)) + _TINY
+    beyond = small > _TANGENT_OF_EIGHTH * large
+    t = (small - large if beyond else small) / (small + large if beyond else large)
+    q = t * t
+    p = fused(q, 0.021135371518539687, -0.04348052081991591)
+    p = fused(q, fused(q, p, 0.05688349180558202), -0.06640233921597649)
+    p = fused(q, fused(q, p, 0.07689953495290895), -0.09090773074736334)
+    p = fused(q, fused(q, p, 0.11111106180452844), -0.14285714180976392)
+    p = fused(q, fused(q, p, 0.19999999998855109), -0.3333333333332844)
+    angle = fused(t * q, p, t) + (_QUARTER if beyond else 0.0)
+    angle = _HALF - angle if abs(y) > abs(x) else angle
+    angle = 2.0 * _HALF - angle if x < 0.0 else angle
+    return math.copysign(angle, y)

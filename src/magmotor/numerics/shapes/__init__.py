@@ -1,0 +1,1 @@
+"""Fields and potentials of uniformly magnetized bodies in closed form, one shape a module."""
