@@ -69,7 +69,8 @@ MODEL = """
       <site name="first" user="0.5" pos="0 0 0.02"/>
       <site name="second" user="0.4"/>
       <site name="probe" pos="0 0 0.06"/>
-      <body name="tip" pos="0.02 0 0"><site name="third" user="0.1"/><geom size="0.001" user="0 0 1"/>
+      <body name="tip" pos="0.02 0 0">
+        <site name="third" user="0.1"/><geom size="0.001" user="0 0 1"/>
       </body>
     </body>
     <body name="ball" pos="0.2 0 0.3">

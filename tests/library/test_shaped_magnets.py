@@ -72,7 +72,7 @@ class Shape:
             disk = (distance[:, None, None] * normal).reshape(-1, 3)
             area = np.repeat(w / 2, 2 * order) * np.pi * radius**2 / (2 * order)
             for sign in (-1, 1):
-                points.append(disk + [0, 0, sign * half])
+                points.append(disk + np.array([0, 0, sign * half]))
                 charges.append(sign * self.polarization[2] * area)
             for height, weight in zip(x * half, w, strict=True):
                 points.append(radius * normal + [0, 0, height])
@@ -277,7 +277,8 @@ def test_forces_are_the_gradient_of_the_energy(kind, around):
     forces = data.qfrc_passive
     scale = np.repeat([abs(forces[:3]).max(), abs(forces[:3]).max() * 0.005], 3)
     scale = np.tile(scale, model.nv // 6)
-    assert np.isfinite(forces).all() and scale.all()
+    assert np.isfinite(forces).all()
+    assert scale.all()
     assert (abs(forces + slopes) / scale).max() < 3e-6  # 7e-7, by rounding errors of the energy
 
 

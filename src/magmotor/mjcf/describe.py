@@ -146,15 +146,7 @@ class Description:
         if self.pushing:
             what = 'that also push bodies (gainprm="0" prevents this)'
             yield f"actuators of coils and fields {what}: {listed(self.pushing)}"
-        if self.iron:
-            parts = (f"{name} {value:g}" for name, value in self.iron.items())
-            yield f"iron, susceptibilities: {listed(parts)}"
-        if self.magnets:
-            parts = (f"{name} {value:g} T" for name, value in self.magnets.items())
-            yield f"magnets, polarizations: {listed(parts)}"
-        if self.magnetometers:
-            parts = (f"{name} at {site}" for name, site in self.magnetometers.items())
-            yield f"magnetometers: {listed(parts)}"
+        yield from self._elements()
         if self.noise:
             rows = (f"{body} {len(wrenches)}" for body, wrenches in self.noise.items())
             yield f"noise, Brownian wrenches: {listed(rows)}"
@@ -166,6 +158,17 @@ class Description:
             yield f"dry friction, which has no matching noise: {listed(self.dry_friction)}"
         yield from (f"not acting: {reason}" for reason in self.idle)
         yield from (f"not acting: {reason}" for reason in elsewhere(self))
+
+    def _elements(self) -> Iterator[str]:
+        """Yield what iron, magnets by their geom, and magnetometers there are."""
+        parts = {
+            "iron, susceptibilities": [f"{name} {value:g}" for name, value in self.iron.items()],
+            "magnets, polarizations": [
+                f"{name} {value:g} T" for name, value in self.magnets.items()
+            ],
+            "magnetometers": [f"{name} at {site}" for name, site in self.magnetometers.items()],
+        }
+        yield from (f"{what}: {listed(found)}" for what, found in parts.items() if found)
 
     def _temperature(self) -> str:
         if self.kT is None:

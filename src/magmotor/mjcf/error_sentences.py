@@ -190,12 +190,12 @@ _OF_ERRORS: dict[int, Forms] = {
     ),
     error_numbers.POLARIZATION: {
         0: (
-            "geom {number} {name}: its user numbers {0:g} {1:g} {2:g} are a polarization in T, which"
-            " must be at most 2.5 T (iron has 2.2 T)"
+            "geom {number} {name}: its user numbers {0:g} {1:g} {2:g} are a polarization in T, at"
+            " most 2.5 T (iron has 2.2 T)"
         ),
         error_numbers.INFINITE: (
-            "geom {number} {name}: its user numbers {0:g} {1:g} {2:g} are a polarization, which must"
-            " be finite"
+            "geom {number} {name}: its user numbers {0:g} {1:g} {2:g} are a polarization, and"
+            " must be finite"
         ),
     },
     error_numbers.SHAPELESS: (

@@ -91,24 +91,7 @@ def _why_no_magnetism(table, m, offsets, kinds):
         if kinds & UNMARKED == 0 and count_dipoles(m, offsets) == 0:
             return NO_DIPOLES
         return LEFT_ALONE if kinds & UNMARKED and has_user_numbers(m, offsets) else NOT_NAMED
-    nuser = m[offsets.nuser_site // 8]
-    moment = memory.numbers(m[offsets.site_user // 8], memory.UNBOUNDED, nuser)
-    first, several, moves = np.int64(-1), False, False
-    for row in magnets(table)[: memory.UNBOUNDED if kinds & DIPOLES else 0]:
-        present = False
-        for site in range(row.first_site, row.end_site):
-            present = present or moment[site, 0] != 0.0
-        if present:
-            first = row.weld if first < 0 else first
-            several, moves = several or row.weld != first, moves or row.freedoms > 0
-    for row in pieces(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
-        if _is_magnetized(row, m, offsets):
-            first = row.weld if first < 0 else first
-            several, moves = several or row.weld != first, moves or row.freedoms > 0
-    for row in shapes(table)[: memory.UNBOUNDED if kinds & SHAPES else 0]:
-        if is_magnet(row.geom, m, offsets):
-            first = row.weld if first < 0 else first
-            several, moves = several or row.weld != first, moves or row.freedoms > 0
+    first, several, moves = _magnetic_bodies(table, m, offsets, kinds)
     if first < 0:
         return NO_DIPOLES
     given = mirrored = False
@@ -119,3 +102,29 @@ def _why_no_magnetism(table, m, offsets, kinds):
     if not several and not given and not mirrored:
         return ONE_RIGID_BODY
     return -1 if moves or (given and m[offsets.ntuple // 8] > 0) else NONE_MOVES
+
+
+@subroutine
+def _magnetic_bodies(table, m, offsets, kinds):
+    """Return a rigid body with magnets or iron, or -1; whether there are others; if one moves."""
+    nuser = m[offsets.nuser_site // 8]
+    moment = memory.numbers(m[offsets.site_user // 8], memory.UNBOUNDED, nuser)
+    found = np.int64(-1), False, False
+    for row in magnets(table)[: memory.UNBOUNDED if kinds & DIPOLES else 0]:
+        present = False
+        for site in range(row.first_site, row.end_site):
+            present = present or moment[site, 0] != 0.0
+        found = _with(found, row) if present else found
+    for row in pieces(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
+        found = _with(found, row) if _is_magnetized(row, m, offsets) else found
+    for row in shapes(table)[: memory.UNBOUNDED if kinds & SHAPES else 0]:
+        found = _with(found, row) if is_magnet(row.geom, m, offsets) else found
+    return found
+
+
+@subroutine
+def _with(found, row):
+    """Return the same with one more body."""
+    first, several, moves = found
+    first = row.weld if first < 0 else first
+    return first, several or row.weld != first, moves or row.freedoms > 0

@@ -36,7 +36,7 @@ from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
 from magmotor.mjcf.forces.iron_pieces import COLUMNS, OUTER, read_mirror, read_pieces
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
-from magmotor.mjcf.forces.shape_wrenches import flux_of_shapes
+from magmotor.mjcf.forces.shape_fields import flux_of_shapes
 from magmotor.mjcf.forces.shaped_magnets import COLUMNS as COLUMNS_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import read_shapes
 from magmotor.mjcf.forces.spontaneous_magnetization import find_instability

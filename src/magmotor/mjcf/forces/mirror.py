@@ -65,3 +65,10 @@ def add_image(total, there, mirror):
         total[5] + strength * (flux * nz - bz),
         total[6] or coincident,
     )
+
+
+@subroutine
+def reflected(mirror, x, y, z):
+    """Return a vector that the plane of a mirror reflects."""
+    along = 2.0 * (mirror[1] * x + mirror[2] * y + mirror[3] * z)
+    return x - along * mirror[1], y - along * mirror[2], z - along * mirror[3]

@@ -8,132 +8,31 @@ the derivatives of the energy of the same charges in the potential of the other,
 
 import math
 
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
 from magmotor.mjcf.forces.charges import set_charges, set_dipole
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
 from magmotor.mjcf.forces.dipole_table import MOVES as DIPOLES_MOVE
-from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored
-from magmotor.mjcf.forces.shape_fields import (
-    continued_potential,
-    flux_density,
-    set_continued_fields,
+from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
+from magmotor.mjcf.forces.shape_distances import (
+    farthest_squared,
+    is_near,
+    nearest_squared,
+    order_of_charges,
+    reach_of,
 )
+from magmotor.mjcf.forces.shape_fields import continued_potential, set_continued_fields
 from magmotor.mjcf.forces.shaped_magnets import (
     BODY,
-    FRAME,
-    KIND,
-    LENGTHS,
-    MOMENT,
     MOVES,
-    POSITION,
     RADIUS,
     SPREAD,
     WELD,
+    dipole_of,
+    in_frame,
+    in_world,
 )
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
-
-FAR, FAR_SPREAD = 2.0, 1000.0
-"""Two magnets are dipoles for each other from this many radii of both on, if the squared distance is
-also this many times the differences of their second moments. The force of the dipoles is then wrong
-by at most 1.2 % of what it is in the worst direction."""
-
-CLOSE = (4.0, 1.3, 0.45, 0.05)
-"""Gaps between two magnets, over the radius of the one that has charges, below which these need the
-next order."""
-
-
-@subroutine
-def _is_near(row, x, y, z, radius, spread):
-    """Whether a magnet counts by its shape for something at a point, of a radius and a spread."""
-    square = _squared_distance(row, x, y, z)
-    reach = FAR * (_reach(row) + radius)
-    return square < max(reach * reach, FAR_SPREAD * (row[SPREAD] + spread))
-
-
-@subroutine
-def _reach(row):
-    """Return the radius of a magnet, or 0 for a sphere, which is a dipole for everything outside."""
-    return 0.0 if int(row[KIND]) == SPHERE else row[RADIUS]
-
-
-@subroutine
-def _squared_distance(row, x, y, z):
-    dx, dy, dz = x - row[POSITION], y - row[POSITION + 1], z - row[POSITION + 2]
-    return dx * dx + dy * dy + dz * dz
-
-
-@subroutine
-def _level(row, other, mirror):
-    """Return the order of the charges of `row` in the field of another magnet, or of its image.
-
-    The gap between the two is at least that along the line between their centers.
-    """
-    place = _center(other)
-    x, y, z = row[POSITION], row[POSITION + 1], row[POSITION + 2]
-    if mirror[0] != 0.0:
-        there = mirrored(mirror, _center(row))
-        nx, ny, nz = there[0] - place[0], there[1] - place[1], there[2] - place[2]
-        place = mirrored(mirror, place)
-    else:
-        nx, ny, nz = x - place[0], y - place[1], z - place[2]
-    distance = math.sqrt(nx * nx + ny * ny + nz * nz)
-    gap = distance - _extent(row, x - place[0], y - place[1], z - place[2], distance)
-    gap -= _extent(other, nx, ny, nz, distance)
-    level = 0
-    for k in range(len(CLOSE)):
-        level += gap < CLOSE[k] * row[RADIUS]
-    return level
-
-
-@subroutine
-def _extent(row, x, y, z, distance):
-    """Return how far a magnet reaches from its center in a direction, a vector of given length."""
-    x, y, z = _in_frame(row, x + row[POSITION], y + row[POSITION + 1], z + row[POSITION + 2])
-    a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
-    if int(row[KIND]) == BOX:
-        return (abs(x) * a + abs(y) * b + abs(z) * c) / distance
-    if int(row[KIND]) == CYLINDER:
-        return (math.sqrt(x * x + y * y) * a + abs(z) * b) / distance
-    return math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c) / distance
-
-
-@subroutine
-def _center(row):
-    """Return the dipole of a magnet: its position and moment."""
-    return (
-        row[POSITION], row[POSITION + 1], row[POSITION + 2],
-        row[MOMENT], row[MOMENT + 1], row[MOMENT + 2],
-    )  # fmt: skip
-
-
-@subroutine
-def _in_frame(row, x, y, z):
-    """Return a point in the frame of a magnet."""
-    dx, dy, dz = x - row[POSITION], y - row[POSITION + 1], z - row[POSITION + 2]
-    return (
-        row[FRAME] * dx + row[FRAME + 3] * dy + row[FRAME + 6] * dz,
-        row[FRAME + 1] * dx + row[FRAME + 4] * dy + row[FRAME + 7] * dz,
-        row[FRAME + 2] * dx + row[FRAME + 5] * dy + row[FRAME + 8] * dz,
-    )
-
-
-@subroutine
-def _in_world(row, x, y, z):
-    """Return a vector of the frame of a magnet along the axes of the world."""
-    return (
-        row[FRAME] * x + row[FRAME + 1] * y + row[FRAME + 2] * z,
-        row[FRAME + 3] * x + row[FRAME + 4] * y + row[FRAME + 5] * z,
-        row[FRAME + 6] * x + row[FRAME + 7] * y + row[FRAME + 8] * z,
-    )
-
-
-@subroutine
-def _reflected(mirror, x, y, z):
-    """Return a vector that the plane of a mirror reflects."""
-    along = 2.0 * (mirror[1] * x + mirror[2] * y + mirror[3] * z)
-    return x - along * mirror[1], y - along * mirror[2], z - along * mirror[3]
 
 
 @subroutine
@@ -168,9 +67,9 @@ def _charges_at_shape(room, count, center, row, wanted):
     continues the one outside; the energy is `wanted` only if asked for.
     """
     fx = fy = fz = tx = ty = tz = energy = 0.0
-    cx, cy, cz = _in_frame(row, center[0], center[1], center[2])
+    cx, cy, cz = in_frame(row, center[0], center[1], center[2])
     for k in range(count):
-        x, y, z = _in_frame(row, room[0, k], room[1, k], room[2, k])
+        x, y, z = in_frame(row, room[0, k], room[1, k], room[2, k])
         room[0, k], room[1, k], room[2, k] = x, y, z
         if wanted:
             energy += room[3, k] * continued_potential(row, x, y, z)
@@ -185,7 +84,7 @@ def _charges_at_shape(room, count, center, row, wanted):
     per = 1.0 / VACUUM_PERMEABILITY
     fx, fy, fz, tx, ty, tz = per * fx, per * fy, per * fz, per * tx, per * ty, per * tz
     energy *= per
-    force, torque = _in_world(row, fx, fy, fz), _in_world(row, tx, ty, tz)
+    force, torque = in_world(row, fx, fy, fz), in_world(row, tx, ty, tz)
     return (*force, *torque, energy)
 
 
@@ -196,7 +95,7 @@ def _correction(room, count, target, row, mirror, wanted):
     `target` is the dipole that the charges replace; torques are about its position. With a mirror,
     the charges are in the field of the image of the magnet.
     """
-    source = _center(row)
+    source = dipole_of(row)
     if mirror[0] == 0.0:
         true = _charges_at_shape(room, count, target, row, wanted)
         point = dipole_at_dipole(target, source)
@@ -211,8 +110,8 @@ def _correction(room, count, target, row, mirror, wanted):
     point = dipole_at_dipole(there, source)
     change = _difference(true, point)
     strength = mirror[0]
-    force = _reflected(mirror, change[0], change[1], change[2])
-    torque = _reflected(mirror, change[3], change[4], change[5])
+    force = reflected(mirror, change[0], change[1], change[2])
+    torque = reflected(mirror, change[3], change[4], change[5])
     return (
         -strength * force[0], -strength * force[1], -strength * force[2],
         strength * torque[0], strength * torque[1], strength * torque[2],
@@ -255,8 +154,8 @@ def _add_both(body, moves, other, other_moves, target, change, mirror, factor, c
         if mirror[0] == 0.0:
             _add(other, factor, reaction, target, center, applied)
         else:
-            force = _reflected(mirror, reaction[0], reaction[1], reaction[2])
-            torque = _reflected(mirror, reaction[3], reaction[4], reaction[5])
+            force = reflected(mirror, reaction[0], reaction[1], reaction[2])
+            torque = reflected(mirror, reaction[3], reaction[4], reaction[5])
             both = (*force, -torque[0], -torque[1], -torque[2])
             _add(other, factor, both, mirrored(mirror, target), center, applied)
 
@@ -270,10 +169,10 @@ def add_shape_corrections(state, room, center, applied, wanted):
     shapes, mirror, nothing = state.shapes, state.mirror, NO_MIRROR
     energy = 0.0
     table, magnets = state.table, state.magnets
-    farthest = _farthest(shapes)
+    farthest = farthest_squared(shapes)
     for j in range(len(shapes)):
         other = shapes[j]
-        skipped = mirror[0] == 0.0 and _nearest(table, magnets.shaped, j) >= farthest
+        skipped = mirror[0] == 0.0 and nearest_squared(table, magnets.shaped, j) >= farthest
         for i in range(0 if skipped else j + 1):
             row = shapes[i]
             moves = row[MOVES] + other[MOVES] > 0.0
@@ -301,39 +200,16 @@ def add_shape_corrections(state, room, center, applied, wanted):
 
 
 @subroutine
-def _farthest(shapes):
-    """Return the squared distance from which on no two magnets are near."""
-    reach = spread = 0.0
-    for k in range(len(shapes)):
-        reach, spread = max(reach, _reach(shapes[k])), max(spread, shapes[k, SPREAD])
-    return max((2.0 * FAR * reach) ** 2, 2.0 * FAR_SPREAD * spread)
-
-
-@subroutine
-def _nearest(table, first, number):
-    """Return the squared distance of a magnet to the nearest of those before it.
-
-    The loop over the table of dipoles is fast.
-    """
-    x, y, z = table[0], table[1], table[2]
-    target, nearest = first + number, math.inf
-    for k in range(first, target):
-        dx, dy, dz = x[k] - x[target], y[k] - y[target], z[k] - z[target]
-        nearest = min(nearest, dx * dx + dy * dy + dz * dz)
-    return nearest
-
-
-@subroutine
 def _pair(one, two, room, mirror, factor, center, applied, wanted):
     """Correct for a pair of magnets, or for one and the image of the other."""
     # The smaller one is represented by charges, since the field of the larger one varies less.
     row, other = (one, two) if one[RADIUS] <= two[RADIUS] else (two, one)
-    target, place = _center(row), _center(other)
+    target, place = dipole_of(row), dipole_of(other)
     if mirror[0] != 0.0:
         place = mirrored(mirror, place)
-    if not _is_near(row, place[0], place[1], place[2], _reach(other), other[SPREAD]):
+    if not is_near(row, place[0], place[1], place[2], reach_of(other), other[SPREAD]):
         return 0.0
-    count = set_charges(room, row, _level(row, other, mirror))
+    count = set_charges(room, row, order_of_charges(row, other, mirror))
     change = _correction(room, count, target, other, mirror, wanted)
     if not wanted:
         _add_both(
@@ -349,7 +225,7 @@ def _dipole_and_shape(target, body, moves, row, room, mirror, center, applied, w
     if target[3] == 0.0 and target[4] == 0.0 and target[5] == 0.0:
         return 0.0
     place = mirrored(mirror, target) if mirror[0] != 0.0 else target
-    if not _is_near(row, place[0], place[1], place[2], 0.0, 0.0):
+    if not is_near(row, place[0], place[1], place[2], 0.0, 0.0):
         return 0.0
     count = set_dipole(room, target, row[RADIUS])
     change = _correction(room, count, target, row, mirror, wanted)
@@ -359,38 +235,3 @@ def _dipole_and_shape(target, body, moves, row, room, mirror, center, applied, w
             target, change, mirror, 1.0, center, applied,
         )  # fmt: skip
     return change[6]
-
-
-@subroutine
-def shape_flux(row, x, y, z):
-    """Return the flux density of a magnet at a point of the world, also inside."""
-    inside = _squared_distance(row, x, y, z) < row[RADIUS] * row[RADIUS]
-    if inside or _is_near(row, x, y, z, 0.0, 0.0):
-        u, v, w = _in_frame(row, x, y, z)
-        bx, by, bz = flux_density(row, u, v, w)
-        return _in_world(row, bx, by, bz)
-    bx, by, bz = x - row[POSITION], y - row[POSITION + 1], z - row[POSITION + 2]
-    square = bx * bx + by * by + bz * bz
-    scale = VACUUM_PERMEABILITY / (4.0 * math.pi * square * math.sqrt(square))
-    near = 3.0 * (row[MOMENT] * bx + row[MOMENT + 1] * by + row[MOMENT + 2] * bz) / square
-    return (
-        scale * (near * bx - row[MOMENT]),
-        scale * (near * by - row[MOMENT + 1]),
-        scale * (near * bz - row[MOMENT + 2]),
-    )
-
-
-@subroutine
-def flux_of_shapes(state, x, y, z):
-    """Return the flux density of all magnets by their geom, and of their images, at a point."""
-    bx = by = bz = 0.0
-    mirror = state.mirror
-    for k in range(len(state.shapes)):
-        ux, uy, uz = shape_flux(state.shapes[k], x, y, z)
-        bx, by, bz = bx + ux, by + uy, bz + uz
-        if mirror[0] != 0.0:
-            there = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
-            flux = shape_flux(state.shapes[k], there[0], there[1], there[2])
-            ux, uy, uz = _reflected(mirror, flux[0], flux[1], flux[2])
-            bx, by, bz = bx - mirror[0] * ux, by - mirror[0] * uy, bz - mirror[0] * uz
-    return bx, by, bz

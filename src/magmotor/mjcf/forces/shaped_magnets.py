@@ -74,3 +74,33 @@ def _extent(kind, a, b, c):
     else:
         radius, x, y, z = max(a, b, c), x / 5.0, y / 5.0, z / 5.0
     return radius, max(x, y, z) - min(x, y, z)
+
+
+@subroutine
+def dipole_of(row):
+    """Return the dipole of a magnet: its position and moment."""
+    return (
+        row[POSITION], row[POSITION + 1], row[POSITION + 2],
+        row[MOMENT], row[MOMENT + 1], row[MOMENT + 2],
+    )  # fmt: skip
+
+
+@subroutine
+def in_frame(row, x, y, z):
+    """Return a point in the frame of a magnet."""
+    dx, dy, dz = x - row[POSITION], y - row[POSITION + 1], z - row[POSITION + 2]
+    return (
+        row[FRAME] * dx + row[FRAME + 3] * dy + row[FRAME + 6] * dz,
+        row[FRAME + 1] * dx + row[FRAME + 4] * dy + row[FRAME + 7] * dz,
+        row[FRAME + 2] * dx + row[FRAME + 5] * dy + row[FRAME + 8] * dz,
+    )
+
+
+@subroutine
+def in_world(row, x, y, z):
+    """Return a vector of the frame of a magnet along the axes of the world."""
+    return (
+        row[FRAME] * x + row[FRAME + 1] * y + row[FRAME + 2] * z,
+        row[FRAME + 3] * x + row[FRAME + 4] * y + row[FRAME + 5] * z,
+        row[FRAME + 6] * x + row[FRAME + 7] * y + row[FRAME + 8] * z,
+    )
