@@ -21,14 +21,16 @@ Calls of the compiled callback for free disks of 12.7 x 3.175 mm, without MuJoCo
 def main() -> None:
     bind()
     dipoles, shapes = _elements(by_geom=False), _elements(by_geom=True)
-    far, near = [(0.3 * (k % 10), 0.3 * (k // 10), 0) for k in range(100)], 3.175e-3
+    far, near = [(0.3 * (k % 10), 0.3 * (k // 10), 0.0) for k in range(100)], 3.175e-3
     stacks = {f"{name} disks that touch": count for name, count in (("two", 2), ("ten", 10))}
     cases = {
         "dipoles": partial(seconds, *_model(far, dipoles, "dipoles")),
         "100 far magnets": partial(seconds, *_model(far, shapes, "magnets")),
         "switched off": partial(seconds, *_model(far, dipoles + shapes, "dipoles")),
     } | {
-        name: partial(seconds, *_model([(0, 0, near * k) for k in range(count)], shapes, "magnets"))
+        name: partial(
+            seconds, *_model([(0.0, 0.0, near * k) for k in range(count)], shapes, "magnets")
+        )
         for name, count in stacks.items()
     }
     times = in_turns(cases, TURNS)

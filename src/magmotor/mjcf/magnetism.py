@@ -51,8 +51,8 @@ def magnetism() -> "Block":
     - `coils`: a tuple named `coil...` lists an actuator, then sites or bodies, whose moments are
       their `user` numbers times the actuator's last activation, or its control. A control that is
       set between `mj_step1` and `mj_step2` acts in the next step only (with the plugin, at once).
-    - `magnets`: a geom with `user="J_x J_y J_z"`, its polarization in T in its own frame, is a magnet
-      of its shape: a box, a cylinder, an ellipsoid or a sphere.
+    - `magnets`: a geom with `user="J_x J_y J_z"`, its polarization in T along its own axes, is a
+      magnet of its shape: a box, a cylinder, an ellipsoid or a sphere.
     - `iron`: a tuple named `iron...` lists a numeric, the susceptibility and optionally the
       saturation magnetization in A/m, and geoms. A geom becomes an induced dipole; a plane mirrors.
 
