@@ -21,7 +21,7 @@ Calls of the compiled callback for free disks of 12.7 x 3.175 mm, without MuJoCo
 def main() -> None:
     bind()
     dipoles, shapes = _elements(by_geom=False), _elements(by_geom=True)
-    far, near = [(0.3 * (k % 10), 0.3 * (k // 10), 0.0) for k in range(100)], 3.175e-3
+    far = [(0.3 * (k % 10), 0.3 * (k // 10), 0.0) for k in range(100)]
     stacks = {f"{name} disks that touch": count for name, count in (("two", 2), ("ten", 10))}
     cases = {
         "dipoles": partial(seconds, *_model(far, dipoles, "dipoles")),
@@ -39,6 +39,11 @@ def main() -> None:
         Row("100 far magnets, switched off", times["switched off"], times["dipoles"], 1.03),
     ] + [Row(name, times[name], TURNS * [ALLOWED[name]], 1.0) for name in stacks]
     show("Magnets by their geom", NOTE, ("with them", "dipoles or allowed", "ratio"), rows)
+
+
+def _stack(count: int) -> list[tuple[float, float, float]]:
+    """Return the places of disks on one another."""
+    return [(0.0, 0.0, 3.175e-3 * k) for k in range(count)]
 
 
 def _elements(*, by_geom: bool) -> str:
