@@ -28,9 +28,7 @@ def main() -> None:
         "100 far magnets": partial(seconds, *_model(far, shapes, "magnets")),
         "switched off": partial(seconds, *_model(far, dipoles + shapes, "dipoles")),
     } | {
-        name: partial(
-            seconds, *_model([(0.0, 0.0, near * k) for k in range(count)], shapes, "magnets")
-        )
+        name: partial(seconds, *_model(_stack(count), shapes, "magnets"))
         for name, count in stacks.items()
     }
     times = in_turns(cases, TURNS)

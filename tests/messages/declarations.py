@@ -111,16 +111,16 @@ TABLE = r"""
 # Magnets by their geom
 >>> mm.describe(magnetized("core", 0, 0, 2.6))
 DeclarationError(polarization, 3): geom 3 'core': its user numbers 0 0 2.6 are a polarization in
-    T, which must be at most 2.5 T (iron has 2.2 T)
+    T, at most 2.5 T (iron has 2.2 T)
 >>> mm.describe(magnetized("core", 1.5, 1.5, -1.5))
 DeclarationError(polarization, 3): geom 3 'core': its user numbers 1.5 1.5 -1.5 are a polarization
-    in T, which must be at most 2.5 T (iron has 2.2 T)
+    in T, at most 2.5 T (iron has 2.2 T)
 >>> mm.describe(magnetized("core", 0, math.nan, 1))
-DeclarationError(polarization, 3): geom 3 'core': its user numbers 0 nan 1 are a polarization,
-    which must be finite
+DeclarationError(polarization, 3): geom 3 'core': its user numbers 0 nan 1 are a polarization, and
+    must be finite
 >>> mm.describe(magnetized("core", math.inf, 0, 0))
-DeclarationError(polarization, 3): geom 3 'core': its user numbers inf 0 0 are a polarization,
-    which must be finite
+DeclarationError(polarization, 3): geom 3 'core': its user numbers inf 0 0 are a polarization, and
+    must be finite
 >>> mm.describe(magnetized("floor", 0, 0, 1))
 DeclarationError(shapeless, 0): geom 0 'floor' has a polarization (its user numbers): it must be a
     sphere, an ellipsoid, a cylinder or a box
