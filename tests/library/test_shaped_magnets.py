@@ -3,6 +3,8 @@
 The judge integrates magpylib's field over the charges of one magnet with many points.
 """
 
+import re
+
 import magpylib
 import mujoco
 import numpy as np
@@ -354,3 +356,17 @@ def test_a_magnet_writes_itself(shape):
     errors /= np.linalg.norm(exact, axis=1)
     assert np.median(errors) < 5e-12  # 1.8e-13
     assert errors.max() < 0.01  # 0.0019, where what the ring's hole takes away is a dipole
+
+
+def test_check_takes_it_for_a_layout_that_is_right_in_contact():
+    """The true force of two disks that touch is 34.1 N; two dipoles would have 1050 N."""
+    other = Shape("cylinder", DISK.size, DISK.polarization, [0, 0, 0.02])
+    model = loaded(DISK.body(""), other.body())[0]
+    model.geom_contype[:] = model.geom_conaffinity[:] = 1
+    said = str(mm.check(model))
+    found = re.search(r"attract each other with up to about ([\d.e+]+) N", said)
+    quoted = float(found[1]) if found else 0.0
+    assert quoted == pytest.approx(34.1, rel=0.5)  # 45.1
+    assert "layout" not in said
+    assert mm.describe(model).magnets == {"geom 0": 1.32, "geom 1": 1.32}
+    assert mm.describe(model).acting == ("magnets",)

@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations import table as of_table
-from magmotor.mjcf.declarations.iron import PLANE
+from magmotor.mjcf.declarations.iron import BOX, CYLINDER, PLANE
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON, SHAPES
 from magmotor.mjcf.declared import coil_of_sites, polarizations, rows
 from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
+from magmotor.mjcf.magnets.dipole_layout import contact_layout
+from magmotor.mjcf.magnets.shapes import Cuboid, Tube
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 
@@ -85,9 +87,10 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     iron = iron.reshape(-1, 2)
     none, others = np.zeros(len(geoms)), np.zeros(len(sites))
     bodies = np.concatenate([model.site_bodyid[sites], model.geom_bodyid[geoms]]).astype(int)
-    positions = np.vstack([data.site_xpos[sites], data.geom_xpos[geoms]])
+    places = np.array([place for _, place, _ in shapes]).reshape(-1, 3)
+    positions = np.vstack([data.site_xpos[sites], places, data.geom_xpos[geoms[len(shapes) :]]])
     axes = np.sign(moments[sites, np.newaxis]) * data.site_xmat[sites, 2::3]
-    own = np.array([moment for _, moment in shapes]).reshape(-1, 3)
+    own = np.array([moment for *_, moment in shapes]).reshape(-1, 3)
     largest = np.linalg.norm(own, axis=1)
     axes = np.vstack([axes, own / largest[:, np.newaxis], np.zeros((len(pieces), 3))])
     coils = np.concatenate([coils[sites], np.full(len(geoms), -1)])
@@ -162,16 +165,25 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
             yield geom, response, scale * volume * magnetization or math.inf
 
 
-def _shapes(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, Array]]:
-    """Yield the geoms that are magnets, with their moments along the axes of the world.
+def _shapes(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, Array, Array]]:
+    """Yield the geoms that are magnets, with positions and moments along the axes of the world.
 
-    The polarization is that in the units of the model, of which the scale of moments is the root.
+    Boxes and cylinders are those layouts of dipoles whose forces at contact are best. The
+    polarization is in the units of the model, of which the scale of moments is the root.
     """
     scale = moment_scale(model)
     for geom, polarization in polarizations(model).items():
-        volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])[3]
-        moment = data.geom_xmat[geom].reshape(3, 3) @ polarization * volume
-        yield geom, moment / (VACUUM_PERMEABILITY * scale)
+        kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+        frame = data.geom_xmat[geom].reshape(3, 3)
+        moment = frame @ polarization * ellipsoid(kind, *size)[3] / (VACUUM_PERMEABILITY * scale)
+        points, parts = np.zeros((1, 3)), np.ones(1)
+        if kind in (BOX, CYLINDER):
+            a, b, c = (2 * size).tolist()
+            body = Cuboid(a, b, c) if kind == BOX else Tube(0.0, a, b)
+            x, y, z = (polarization / np.linalg.norm(polarization)).tolist()
+            points, parts = contact_layout(body, (x, y, z))
+        for point, part in zip(points, parts, strict=True):
+            yield geom, data.geom_xpos[geom] + frame @ point, part * moment
 
 
 def _planes(model: mujoco.MjModel, kinds: int) -> Iterator[tuple[int, float]]:
