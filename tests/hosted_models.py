@@ -52,6 +52,17 @@ FEW = """
 """
 FLEX = """<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1" pos="0 1 0"
  dim="2" radius="0.01" mass="0.1"><edge equality="true"/></flexcomp>"""
+SHAPES = "".join(
+    f'<body pos="{place}"><freejoint/><geom type="{kind}" size="{size}" user="{user}" mass=".1"/>'
+    "</body>"
+    for place, kind, size, user in (
+        ("0.3 0.1 0.3", "box", ".02 .03 .01", ".2 0 1"),
+        ("0.3 0.1 0.34", "cylinder", ".02 .01", "0 .3 1"),
+        ("0.3 0.15 0.3", "ellipsoid", ".01 .015 .02", "0 0 1"),
+        ("0.3 0.1 -0.46", "sphere", ".02", "0 1 1"),
+        ("0.33 0.1 -0.48", "box", ".01 .01 .02", "0 0 1"),
+    )
+)
 SITE = '<site name="ball" pos="0 0 0.01" zaxis="0.2 0 1" user="1.5"/>'
 EMPTY = dict.fromkeys(("extension", "custom", "more", "wrenches", "potential", "sensor"), "")
 PLAIN = {"act": "all", "timestep": "1e-3", "integrator": "Euler", "sites": SITE}
@@ -98,6 +109,8 @@ MODELS = {
     "iron": few(iron("geom core")),
     "saturated iron": few(iron("geom core", "geom ball", material="5000 1e4"), sites=""),
     "plane of iron": few(iron("geom table", "geom ball")),
+    "magnets by geom": few(more=SHAPES, timestep="1e-5"),
+    "magnets by geom on iron": few(iron("geom table", "geom ball"), more=SHAPES, timestep="1e-5"),
     "magnetometer": few(extension=METER.format(""), sensor=magnetometer("still", "probe")),
     "two magnetometers": few(
         iron("geom core"), GRID, extension=METER.format(""),

@@ -370,3 +370,20 @@ def test_check_takes_it_for_a_layout_that_is_right_in_contact():
     assert "layout" not in said
     assert mm.describe(model).magnets == {"geom 0": 1.32, "geom 1": 1.32}
     assert mm.describe(model).acting == ("magnets",)
+
+
+def test_a_spec_gets_it_with_the_mark():
+    """Also a spec that says how many numbers its geoms have."""
+    spec = mujoco.MjSpec()
+    spec.nuser_geom = 1
+    disk = mm.magnet("cylinder", (0.0127, 0.003175), remanence=1.32)
+    for height in (0, 0.003175):
+        body = spec.worldbody.add_body(pos=[0, 0, height])
+        body.add_freejoint()
+        geoms, sites = mm.add_magnet(spec, body, disk)
+        assert (len(geoms), len(sites)) == (1, 0)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    assert wrenches(model, data)[0, 2] == pytest.approx(34.1, rel=0.01)
+    with pytest.raises(mm.ArgumentError, match="both or none"):
+        mm.add_magnet(spec, body, disk, error=0.1)

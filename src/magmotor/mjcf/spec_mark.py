@@ -37,7 +37,8 @@ def add_magnetism(spec: mujoco.MjSpec) -> None:
     spec : mujoco.MjSpec
         Gets the plugin `magmotor.forces` and a mark, whose words are those of its own mark, of its
         plugin's key `act`, and of the marks of attached specs. Without any of these, dipoles act.
-        The sizes `nuser_site`, `nuser_body` and `nuser_jnt`, if set, increase to what is needed.
+        The sizes `nuser_site`, `nuser_body`, `nuser_jnt` and `nuser_geom`, if set, increase to what
+        is needed.
 
     Raises
     ------
@@ -86,7 +87,8 @@ def let_act(spec: mujoco.MjSpec, *added: str) -> None:
         spec.add_text(name=MARK_NAME, data=data)
     instance.config = {}  # which would have to have the same words
     for size, elements in (
-        ("nuser_site", spec.sites), ("nuser_body", spec.bodies), ("nuser_jnt", spec.joints)
+        ("nuser_site", spec.sites), ("nuser_body", spec.bodies), ("nuser_jnt", spec.joints),
+        ("nuser_geom", spec.geoms),
     ):  # fmt: skip
         if getattr(spec, size) >= 0:  # else MuJoCo counts
             longest = max((len(each.userdata) for each in elements), default=0)
