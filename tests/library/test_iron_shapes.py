@@ -218,13 +218,14 @@ def test_separation_of_variables_is_right():
 def test_charged_squares_have_known_energies():
     """The mean of 1/r over a unit square, and the potential of a square at points far and near."""
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    far = square + np.array([5, 4, 3])
     own = 4 * math.log(1 + math.sqrt(2)) + 4 * (1 - math.sqrt(2)) / 3
-    energies = 4 * np.pi * coulomb.mutual_energies(np.stack([square, square + [5, 4, 3]]))
+    energies = 4 * np.pi * coulomb.mutual_energies(np.stack([square, far]))
     assert energies[0, 0] == pytest.approx(own, rel=0.01)  # 0.0028
     x, w = np.polynomial.legendre.leggauss(8)
     grid = np.stack(np.meshgrid(x, x, [1.0], indexing="ij"), axis=-1).reshape(-1, 3)
     weights, places = np.outer(w, w).ravel() / 4, (grid + 1) / 2 * [1, 1, 0]
-    apart = weights @ between(places, places + [5, 4, 3])[0] @ weights
+    apart = weights @ between(places, places + far[0])[0] @ weights
     assert energies[0, 1] == pytest.approx(4 * np.pi * apart, rel=2e-5)  # 1.7e-6
     x, y = places[:, 0], places[:, 0] * places[:, 1]
     point, triangle = np.array([0.7, 0.3, 0.9]), np.stack([x, y, 0 * x], axis=-1)
