@@ -1,0 +1,1 @@
+"""Magnetic response of rigid pieces of iron, by charges on their surfaces."""

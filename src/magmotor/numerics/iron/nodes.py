@@ -1,0 +1,156 @@
+"""Nodes on the surface of a piece, and the interpolation of a potential from its values there.
+
+The potential of magnets outside is smooth on a smooth surface: a few nodes describe it on any
+number of panels. The charges that answer it belong to the nodes.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from magmotor.common.arrays import Array
+
+LARGEST_ORDER = 4
+"""Number of Gauss points in an interval; a longer line has several intervals."""
+
+
+class Line(NamedTuple):
+    """A line from 0 to 1, with intervals of equal length and Gauss points in each of them."""
+
+    intervals: int
+    order: int
+
+    @classmethod
+    def spaced(cls, length: float, spacing: float, fewest: int = 2) -> "Line":
+        """Return a line whose nodes have the mean distance `spacing` or less."""
+        count = max(fewest, int(np.ceil(length / spacing)))
+        intervals = int(np.ceil(count / max(fewest, LARGEST_ORDER)))
+        return cls(intervals, int(np.ceil(count / intervals)))
+
+    @property
+    def nodes(self) -> Array:
+        """The nodes (intervals order,)."""
+        inside = (np.polynomial.legendre.leggauss(self.order)[0] + 1) / 2
+        return ((np.arange(self.intervals)[:, None] + inside) / self.intervals).ravel()
+
+    def basis(self, x: Array) -> Array:
+        """Return the values at x (N,) of the nodes' Lagrange polynomials, (N, nodes)."""
+        interval = np.clip((x * self.intervals).astype(int), 0, self.intervals - 1)
+        nodes = self.nodes.reshape(self.intervals, self.order)
+        basis = np.zeros((len(x), self.intervals, self.order))
+        for k in range(self.order):
+            others = np.delete(nodes, k, axis=1)[interval]
+            basis[np.arange(len(x)), interval, k] = np.prod(
+                (x[:, None] - others) / (nodes[interval, k, None] - others), axis=1
+            )
+        return basis.reshape(len(x), nodes.size)
+
+
+class BoxNodes:
+    """Nodes on the faces of a box with the given half edges."""
+
+    def __init__(self, half_edges: ArrayLike, spacing: float):
+        self._half = np.asarray(half_edges, dtype=float)
+        self._lines = [Line.spaced(length, spacing) for length in 2 * self._half]
+        found = []
+        for axis in range(3):
+            lines = [line.nodes for line in self._lines]
+            for side in (0.0, 1.0):
+                lines[axis] = np.array([side])
+                grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+                found.append(self._half * (2 * grid.reshape(-1, 3) - 1))
+        self.points = np.concatenate(found)
+
+    def interpolation(self, points: Array) -> Array:
+        """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
+        x = points / self._half
+        face = 2 * np.abs(x).argmax(axis=1)
+        face += x[np.arange(len(x)), face // 2] > 0
+        matrix, start = np.zeros((len(x), len(self.points))), 0
+        for number in range(6):
+            bases = [
+                line.basis((x[face == number, k] + 1) / 2) for k, line in enumerate(self._lines)
+            ]
+            one, two = np.delete(np.arange(3), number // 2)
+            product = bases[one][:, :, None] * bases[two][:, None, :]
+            size = product.shape[1] * product.shape[2]
+            matrix[face == number, start : start + size] = product.reshape(-1, size)
+            start += size
+        return matrix
+
+
+class RingNodes:
+    """Nodes on rings about the z axis, as many on each as its length needs.
+
+    On a smooth surface, what varies around a ring more often than the ring has nodes is small,
+    since it vanishes at the axis as a power of the radius.
+    """
+
+    def __init__(self, segments: list[Line], rings: list[tuple[Array, Array]], spacing: float):
+        self._segments = segments
+        self._counts, found = [], []
+        for radii, heights in rings:
+            for radius, height in zip(radii, heights, strict=True):
+                count = 2 * int(max(1, np.ceil(np.pi * radius / spacing - 0.5))) + 1
+                phi = 2 * np.pi / count * np.arange(count)
+                self._counts.append(count)
+                circle = [radius * np.cos(phi), radius * np.sin(phi), np.full(count, height)]
+                found.append(np.stack(circle, axis=-1))
+        self.points = np.concatenate(found)
+
+    def _interpolate(self, segment: Array, along: Array, phi: Array) -> Array:
+        """Return the matrix for points on segments, from 0 to 1 along each, at angles phi."""
+        offsets = np.cumsum([0] + [line.nodes.size for line in self._segments])
+        meridian = np.zeros((len(along), offsets[-1]))
+        for number, line in enumerate(self._segments):
+            here = segment == number
+            meridian[here, offsets[number] : offsets[number + 1]] = line.basis(along[here])
+        blocks = []
+        for ring, count in enumerate(self._counts):
+            angle = phi[:, None] - 2 * np.pi / count * np.arange(count)
+            order = np.arange(1, count // 2 + 1)[:, None, None]
+            waves = (1 + 2 * np.cos(order * angle).sum(axis=0)) / count
+            blocks.append(meridian[:, ring, None] * waves)
+        return np.concatenate(blocks, axis=1)
+
+
+class CylinderNodes(RingNodes):
+    """Nodes on a cylinder along z."""
+
+    def __init__(self, radius: float, half_length: float, spacing: float):
+        self._radius, self._half_length = radius, half_length
+        base, side = Line.spaced(radius, spacing), Line.spaced(2 * half_length, spacing)
+        disk, wall = radius * base.nodes, half_length * (2 * side.nodes - 1)
+        rings = [
+            (disk, np.full(disk.size, -half_length)),
+            (np.full(wall.size, radius), wall),
+            (disk, np.full(disk.size, half_length)),
+        ]
+        super().__init__([base, side, base], rings, spacing)
+
+    def interpolation(self, points: Array) -> Array:
+        """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
+        x, y, z = points.T
+        r, height = np.hypot(x, y) / self._radius, z / self._half_length
+        segment = np.where(np.abs(height) < 1 - 1e-9, 1, np.where(height > 0, 2, 0))
+        along = np.where(segment == 1, (height + 1) / 2, r)
+        return self._interpolate(segment, along, np.arctan2(y, x))
+
+
+class EllipsoidNodes(RingNodes):
+    """Nodes on an ellipsoid, at even angles on the sphere that becomes it."""
+
+    def __init__(self, semi_axes: ArrayLike, spacing: float):
+        self._axes = np.asarray(semi_axes, dtype=float)
+        longest = self._axes.max()
+        line = Line.spaced(np.pi * longest, spacing, 6)
+        angle = np.pi * line.nodes
+        super().__init__([line], [(np.sin(angle), np.cos(angle))], spacing / longest)
+        self.points = self._axes * self.points
+
+    def interpolation(self, points: Array) -> Array:
+        """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
+        x, y, z = (points / self._axes).T
+        along = np.arctan2(np.hypot(x, y), z) / np.pi
+        return self._interpolate(np.zeros(len(x), dtype=int), along, np.arctan2(y, x))
