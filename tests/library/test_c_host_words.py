@@ -81,7 +81,9 @@ def misdeclared_models(monkeypatch):
     monkeypatch.setattr(declarations, "mujoco", kept)
     names["mm"] = SimpleNamespace(describe=lambda _: None)
     for example in doctest.DocTestParser().get_examples(declarations.TABLE):
-        if not any(each in example.source for each in ("changed", "sized", "found", "first")):
+        if not any(
+            each in example.source for each in ("changed", "sized", "magnetized", "found", "first")
+        ):
             exec(example.source, names)
     return texts
 
@@ -99,7 +101,9 @@ def test_errors_in_models_have_the_same_words(tmp_path, monkeypatch):
 def named(name):
     """A model whose invalid moment is that of a site with this name."""
     text = '<text name="magmotor" data="all"/>'
-    numbers = dict.fromkeys(("wrenches", "potential", "of_flight", "custom", "actuator"), "")
+    numbers = dict.fromkeys(
+        ("wrenches", "potential", "of_flight", "of_geom", "custom", "actuator"), ""
+    )
     for character in "&\"'\t\n":
         name = name.replace(character, f"&#{ord(character)};")
     model = declarations.MODEL.replace('name="hand"', f'name="{name}"')

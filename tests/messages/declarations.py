@@ -90,9 +90,9 @@ def sized(geom, *size):
     return changed
 
 
-def magnetized(geom, *polarization, custom="", size=()):
+def magnetized(geom, *polarization, size=()):
     """Return a model with numbers of geoms, of which one gets a polarization, or a size, too."""
-    found = model(custom, of_geom="0 0 1")
+    found = model(of_geom="0 0 1")
     found.geom(geom).user[:] = polarization
     found.geom(geom).size[: len(size)] = size
     return found
@@ -109,17 +109,17 @@ GRID = "0 0 0 1 1 1"
 
 TABLE = r"""
 # Magnets by their geom
->>> mm.describe(magnetized("core", 0, 0, 2.6))
-DeclarationError(polarization, 3): geom 3 'core': its user numbers 0 0 2.6 are a polarization in
+>>> mm.describe(model(of_geom="0 0 2.6"))
+DeclarationError(polarization, 4): geom 4 'ball': its user numbers 0 0 2.6 are a polarization in
     T, at most 2.5 T (iron has 2.2 T)
->>> mm.describe(magnetized("core", 1.5, 1.5, -1.5))
-DeclarationError(polarization, 3): geom 3 'core': its user numbers 1.5 1.5 -1.5 are a polarization
+>>> mm.describe(model(of_geom="1.5 1.5 -1.5"))
+DeclarationError(polarization, 4): geom 4 'ball': its user numbers 1.5 1.5 -1.5 are a polarization
     in T, at most 2.5 T (iron has 2.2 T)
 >>> mm.describe(magnetized("core", 0, math.nan, 1))
 DeclarationError(polarization, 3): geom 3 'core': its user numbers 0 nan 1 are a polarization, and
     must be finite
->>> mm.describe(magnetized("core", math.inf, 0, 0))
-DeclarationError(polarization, 3): geom 3 'core': its user numbers inf 0 0 are a polarization, and
+>>> mm.describe(model(of_geom="inf 0 0"))
+DeclarationError(polarization, 4): geom 4 'ball': its user numbers inf 0 0 are a polarization, and
     must be finite
 >>> mm.describe(magnetized("floor", 0, 0, 1))
 DeclarationError(shapeless, 0): geom 0 'floor' has a polarization (its user numbers): it must be a
@@ -130,10 +130,10 @@ DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must b
 >>> mm.describe(magnetized("bar", 0, 0, 1, size=[1, math.nan]))
 DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
     finite
->>> mm.describe(magnetized("bar", 0, 0, 1, custom=iron("geom bar")))
-DeclarationError(magnetic_iron, 2): geom 2 'bar' is a magnet, by its user numbers, and iron: it
+>>> mm.describe(model(iron("geom ball"), of_geom="0 0 1"))
+DeclarationError(magnetic_iron, 4): geom 4 'ball' is a magnet, by its user numbers, and iron: it
     must be one of them
->>> mm.describe(magnetized("ball", 0, 0, 1, custom=coupling("body needle 1", "body ball 1")))
+>>> mm.describe(model(coupling("body needle 1", "body ball 1"), of_geom="0 0 1"))
 DeclarationError(coupled_magnet, 4): geom 4 'ball' is a magnet of a body of coupling tuple 0
     'coupling': couplings do not apply to geoms, but to dipole sites
 
