@@ -96,13 +96,12 @@ compat: .venv-compat/ready  ## tests of what depends on MuJoCo's version, on 3.1
 	@MAGMOTOR_LIBRARY=0 .venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_plugin.py \
 		tests/library/test_failures.py $(ARGS)
 
-# $(call elsewhere,LIBRARY,WHEEL'S PLATFORM,PROGRAMS,VARIABLE,TESTS): build a library for another
-# machine, and run tests that find MuJoCo for it in the folder named by a variable.
+# $(call elsewhere,LIBRARY,WHEEL'S PLATFORM,PROGRAMS,VARIABLE,TESTS): run tests of a library for
+# another machine, which find MuJoCo for it in the folder named by a variable.
 define elsewhere
 	@which $(3) >/dev/null || { echo "== cross: the library for $(1) is skipped, since one of these is missing: $(3)"; exit 0; }; \
 	folder='$(CACHE)/cross/$(1)'; set -e; \
-	echo "== cross: building and testing the library for $(1)"; \
-	$(PYTHON) -m library.build $(1); \
+	echo "== cross: testing the library for $(1)"; \
 	test -d $$folder/mujoco || { \
 		$(PYTHON) -m pip download -qq --no-deps --only-binary :all: --platform $(2) --python-version 3.12 -d $$folder \
 			mujoco-core==`$(PYTHON) -c 'import mujoco; print(mujoco.__version__)'`; \
@@ -110,10 +109,15 @@ define elsewhere
 	$(4)=$$folder/mujoco $(PYTHON) -m pytest $(5)
 endef
 
+FOR_AARCH64 := qemu-aarch64-static aarch64-linux-gnu-gcc
+FOR_WINDOWS := wine x86_64-w64-mingw32-gcc
+
 cross: .venv/dev-ready library  ## the libraries for aarch64 and Windows, with tests by QEMU and Wine
-	$(call elsewhere,aarch64,manylinux_2_28_aarch64,qemu-aarch64-static aarch64-linux-gnu-gcc,MUJOCO_AARCH64,\
+	@names=; which $(FOR_AARCH64) >/dev/null && names=aarch64; which $(FOR_WINDOWS) >/dev/null && names="$$names windows"; \
+	test -z "$$names" || { echo "== cross: building the libraries for $$names"; $(PYTHON) -m library.build $$names; }
+	$(call elsewhere,aarch64,manylinux_2_28_aarch64,$(FOR_AARCH64),MUJOCO_AARCH64,\
 		tests/library/test_c_host.py tests/library/test_c_host_words.py)
-	$(call elsewhere,windows,win_amd64,wine x86_64-w64-mingw32-gcc,MUJOCO_WINDOWS,tests/library/test_windows.py)
+	$(call elsewhere,windows,win_amd64,$(FOR_WINDOWS),MUJOCO_WINDOWS,tests/library/test_windows.py)
 
 clean:  ## remove environments and caches, but not out/
 	rm -rf .venv .venv-compat .venv-bench .cache .hypothesis .pytest_cache .ruff_cache build dist
