@@ -49,7 +49,7 @@ def energy_of(state, m, offsets):
                     energy -= _product(target, field[:3])
     if len(state.shapes) > 0:
         nothing = memory.numbers(0, 0, 3), memory.numbers(0, 0, 6)
-        energy += add_shape_corrections(state, state.charges, *nothing, True)
+        energy += add_shape_corrections(state, *nothing, True)
     return energy
 
 

@@ -53,7 +53,7 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
         if error[0] < 0 and state.mirror[0] != 0.0:
             acting += _add_image_wrenches(state, center, applied)
         if error[0] < 0 and len(state.shapes) > 0:
-            add_shape_corrections(state, state.charges, center, applied, False)
+            add_shape_corrections(state, center, applied, False)
         if error[0] < 0:
             error = unresolved_body(state.table, state.magnets, m, d, offsets, applied, later)
     memory.free_stack(d.ctypes.data)

@@ -38,11 +38,8 @@ def mirrored(mirror, target):
     _, nx, ny, nz, _ = mirror
     x, y, z, mx, my, mz = target
     shift = -2.0 * height_above(mirror, x, y, z)
-    along = -2.0 * (nx * mx + ny * my + nz * mz)
-    return (
-        x + shift * nx, y + shift * ny, z + shift * nz,
-        mx + along * nx, my + along * ny, mz + along * nz,
-    )  # fmt: skip
+    place = x + shift * nx, y + shift * ny, z + shift * nz
+    return (*place, *reflected(mirror, mx, my, mz))
 
 
 @subroutine

@@ -8,10 +8,9 @@ from magmotor.mjcf.forces.shape_distances import is_near, squared_distance
 from magmotor.mjcf.forces.shaped_magnets import (
     KIND,
     LENGTHS,
-    MOMENT,
     POLARIZATION,
-    POSITION,
     RADIUS,
+    dipole_of,
     in_frame,
     in_world,
 )
@@ -107,15 +106,18 @@ def shape_flux(row, x, y, z):
         u, v, w = in_frame(row, x, y, z)
         bx, by, bz = flux_density(row, u, v, w)
         return in_world(row, bx, by, bz)
-    bx, by, bz = x - row[POSITION], y - row[POSITION + 1], z - row[POSITION + 2]
-    square = bx * bx + by * by + bz * bz
+    return flux_of_dipole(dipole_of(row), x, y, z)
+
+
+@subroutine
+def flux_of_dipole(source, x, y, z):
+    """Return the flux density of a dipole, its position and moment, at a point."""
+    x, y, z = x - source[0], y - source[1], z - source[2]
+    bx, by, bz = source[3], source[4], source[5]
+    square = x * x + y * y + z * z
     scale = VACUUM_PERMEABILITY / (4.0 * math.pi * square * math.sqrt(square))
-    near = 3.0 * (row[MOMENT] * bx + row[MOMENT + 1] * by + row[MOMENT + 2] * bz) / square
-    return (
-        scale * (near * bx - row[MOMENT]),
-        scale * (near * by - row[MOMENT + 1]),
-        scale * (near * bz - row[MOMENT + 2]),
-    )
+    near = 3.0 * (bx * x + by * y + bz * z) / square
+    return scale * (near * x - bx), scale * (near * y - by), scale * (near * z - bz)
 
 
 @subroutine

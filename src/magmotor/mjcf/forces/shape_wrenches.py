@@ -20,7 +20,11 @@ from magmotor.mjcf.forces.shape_distances import (
     order_of_charges,
     reach_of,
 )
-from magmotor.mjcf.forces.shape_fields import continued_potential, set_continued_fields
+from magmotor.mjcf.forces.shape_fields import (
+    continued_potential,
+    flux_of_dipole,
+    set_continued_fields,
+)
 from magmotor.mjcf.forces.shaped_magnets import (
     BODY,
     MOVES,
@@ -44,8 +48,7 @@ def dipole_at_dipole(target, source):
     square = x * x + y * y + z * z
     scale = VACUUM_PERMEABILITY / (4.0 * math.pi * square * math.sqrt(square))
     ar, br, ab = ax * x + ay * y + az * z, bx * x + by * y + bz * z, ax * bx + ay * by + az * bz
-    near = 3.0 * br / square
-    fx, fy, fz = scale * (near * x - bx), scale * (near * y - by), scale * (near * z - bz)
+    fx, fy, fz = flux_of_dipole(source, target[0], target[1], target[2])
     push = 3.0 * scale / square
     both = ab - 5.0 * ar * br / square
     return (
@@ -161,12 +164,13 @@ def _add_both(body, moves, other, other_moves, target, change, mirror, factor, c
 
 
 @subroutine
-def add_shape_corrections(state, room, center, applied, wanted):
+def add_shape_corrections(state, center, applied, wanted):
     """Replace dipoles by shapes where these are near, in wrenches, or in the energy if `wanted`.
 
-    Returns the energy in J that is added. `room` is for charges (see `charges.py`).
+    Returns the energy in J that is added.
     """
     shapes, mirror, nothing = state.shapes, state.mirror, NO_MIRROR
+    room = state.charges
     energy = 0.0
     table, magnets = state.table, state.magnets
     farthest = farthest_squared(shapes)
