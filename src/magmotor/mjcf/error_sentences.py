@@ -120,13 +120,14 @@ _OF_ERRORS: dict[int, Forms] = {
         "{dipole} is below the plane of iron (on body {other} {other_name}), where mirror images"
         " do not give the field; mm.check(model) says what keeps it above"
     ),
-    error_numbers.MERGED: _of_dipole(
-        "{dipole} has its center at a dipole, where the field is not finite"
+    error_numbers.UNANSWERED: (
+        "iron geom {number} {name}: how it responds to fields could not be computed, which takes"
+        " Python with NumPy and SciPy"
     ),
-    error_numbers.UNSOLVED: _of_dipole(
-        "{dipole} is so close to other iron, or to its image in a plane, that one dipole each does"
-        " not describe them: such dipoles would magnetize each other without any field; put the"
-        " geoms farther apart, or make one geom of them"
+    error_numbers.UNSOLVED: (
+        "iron geom {number} {name} is too near other iron, or its image in a plane, for its nodes:"
+        " the charges on it cannot be found; put the geoms farther apart, or give the material a"
+        " smaller distance of nodes, its third number"
     ),
     error_numbers.COIL: _of_tuple("coil", _OF_COILS),
     error_numbers.FIELD: "numeric {number} {name}: a field " + FIELD_RULE,
@@ -134,7 +135,8 @@ _OF_ERRORS: dict[int, Forms] = {
     error_numbers.IRON: _of_tuple("iron", _OF_IRON),
     error_numbers.MATERIAL: {
         count: f"numeric {{number}} {{name}} = {given}: a material must be a susceptibility, at"
-        " least -1, and optionally a saturation magnetization in A/m, not negative; both finite"
+        " least -1, and optionally a saturation magnetization in A/m and the distance of nodes in"
+        " m, not negative; all finite"
         for count, given in enumerate(_MATERIALS)
     },
     error_numbers.SIZE: (

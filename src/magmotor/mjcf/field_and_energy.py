@@ -18,8 +18,9 @@ from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.declared import couplings, name_of
 from magmotor.mjcf.error_numbers import BEHIND, COINCIDENCE, OUTSIDE, WORDS
 from magmotor.mjcf.error_reports import report
-from magmotor.mjcf.forces import drives
+from magmotor.mjcf.forces import drives, responses
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
+from magmotor.mjcf.forces.iron_pieces import dipole_of_piece
 from magmotor.mjcf.forces.magnetic_energy import energy_of
 from magmotor.mjcf.forces.magnetic_state import (
     field_at,
@@ -81,9 +82,8 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
 
     It is the sum of -c m_i.B_j(x_i) over all pairs of dipoles that act on one another, where c is
     the factor of their bodies' coupling; of -m_i.B(x_i) over all dipoles in applied fields; half of
-    that over all dipoles in the field of images; and the energy of iron,
-    sum_i w(m_i) - m_i.(B_i + B'_i/2), where w is the energy that magnetization stores, B_i the
-    field of everything except iron and B'_i that of other iron.
+    that over all dipoles in the field of images; and the energy of iron, which is half the sum of
+    q_i phi_i/mu0 where it is linear: the charges at its nodes in the potential of everything else.
 
     Parameters
     ----------
@@ -138,6 +138,7 @@ def _observed(
         sentence = f"must be larger by about {needed} bytes, for the dipoles"
         raise ArgumentError("size memory of the model", data.narena, sentence)
     drives.bind()
+    responses.bind()
     observe = _observe(layout.current())
     try:
         with errors_raised():
@@ -184,9 +185,12 @@ def _observe(checksum: int, offsets: layout.Layout):
         for k in range(magnets.number if problem[0] < 0 else 0):
             for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
                 if len(dipoles) > 0:
+                    moment = table[3, i], table[4, i], table[5, i]
+                    if magnets.iron <= i < magnets.shaped:
+                        moment = dipole_of_piece(state.nodes, state.pieces[i - magnets.iron])[3:]
                     for row in range(3):
                         dipoles[count, row] = table[row, i]
-                        dipoles[count, 3 + row] = table[3 + row, i] / state.scale
+                        dipoles[count, 3 + row] = moment[row] / state.scale
                     dipoles[count, 6] = table[BODY, k]
                 count += 1
         for i in range(len(points) if problem[0] < 0 else 0):

@@ -1,7 +1,8 @@
 """Pieces of soft iron, and of other materials that a field magnetizes.
 
 A tuple whose name starts with `iron` names one numeric and geoms. The numeric is the material: its
-susceptibility chi and, optionally, its saturation magnetization M_s in A/m. A plane is a mirror.
+susceptibility chi and, optionally, its saturation magnetization M_s in A/m, or 0 for none, and the
+distance of the nodes on the surfaces in m, or 0 for an automatic one. A plane is a mirror.
 """
 
 import math
@@ -126,7 +127,7 @@ def _earlier_tuple(i, geom, m, offsets):
 def check_iron(error, table, m, offsets):
     """Find an error in materials, or in the sizes of pieces.
 
-    A material has one or two finite numbers, the first at least -1 and the second not negative.
+    A material has one to three finite numbers: the first is at least -1, the others not negative.
     """
     _check_materials(error, pieces(table), m, offsets)
     _check_materials(error, planes(table), m, offsets)
@@ -148,9 +149,9 @@ def _check_materials(error, iron, m, offsets):
     """Find an error in the materials of pieces or planes, unless there is one."""
     for k in range(len(iron) if error[0] < 0 else 0):
         numbers = numbers_of(iron[k].material, m, offsets)
-        valid = len(numbers) in (1, 2) and -1.0 <= numbers[0] < math.inf
-        if len(numbers) == 2:
-            valid = valid and 0.0 <= numbers[1] < math.inf
+        valid = 1 <= len(numbers) <= 3 and -1.0 <= numbers[0] < math.inf
+        for i in range(1, len(numbers)):
+            valid = valid and 0.0 <= numbers[i] < math.inf
         if not valid:
             set_error(error, MATERIAL, iron[k].material)
             return

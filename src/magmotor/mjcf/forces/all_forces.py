@@ -6,7 +6,13 @@ from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations import reader
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS, SHAPES
 from magmotor.mjcf.declarations.reader import find_error
-from magmotor.mjcf.forces import brownian_wrenches, dipole_wrenches, drives, resolution
+from magmotor.mjcf.forces import (
+    brownian_wrenches,
+    dipole_wrenches,
+    drives,
+    resolution,
+    responses,
+)
 from magmotor.mjcf.forces.brownian_wrenches import (
     clear_driven_bodies,
     has_step_number,
@@ -50,6 +56,7 @@ def bind_others() -> None:
     brownian_wrenches.bind()
     drives.bind()
     resolution.bind()
+    responses.bind()
     dipole_wrenches.bind()
     _all_forces.bind()
     memory.bind_variable("magmotor_forces_address", _address)

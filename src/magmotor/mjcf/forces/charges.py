@@ -16,8 +16,9 @@ from magmotor.numerics.elementary import cosine, sine
 ORDERS = (2, 3, 4, 6, 8)
 """Numbers of Gauss points along an edge, across a disk, or from pole to pole."""
 
-MOST, ROWS = 6 * ORDERS[-1] ** 2, 7
-"""Largest number of charges; rows for them: points x y z, charges, and the fields there."""
+MOST, PLACES, ROWS = 6 * ORDERS[-1] ** 2, 7, 10
+"""Largest number of charges; rows for them: points x y z, charges, the fields there, and from
+`PLACES` on other places; and how many rows there are."""
 
 _HALVES = (
     (0.5773502691896257, 0.5),

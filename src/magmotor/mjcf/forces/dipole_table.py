@@ -10,8 +10,8 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.table import magnets as magnets_of
 from magmotor.mjcf.declarations.table import sites as sites_of
 from magmotor.mjcf.forces.iron_pieces import BODY as BODY_OF_PIECE
+from magmotor.mjcf.forces.iron_pieces import GEOM as GEOM_OF_PIECE
 from magmotor.mjcf.forces.iron_pieces import MOVES as MOVES_OF_PIECE
-from magmotor.mjcf.forces.iron_pieces import PIECE
 from magmotor.mjcf.forces.iron_pieces import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
@@ -71,7 +71,7 @@ def gather(table, boundary, scale, drives, pieces, shapes, own, count, m, d, off
     """Fill the table with dipole sites, pieces of iron and magnets; return the `Magnets`.
 
     `scale` multiplies all moments, and `drives`, unless it is empty, those of the sites of coils;
-    the pieces have no moment yet. `own` is the table of the model, of whose magnets the first
+    `own` is the table of the model, of whose magnets the first
     `count` act.
     """
     nsite = m[offsets.nsite // 8]
@@ -131,8 +131,8 @@ def gather(table, boundary, scale, drives, pieces, shapes, own, count, m, d, off
 
 @subroutine
 def _add_piece(table, end, magnet, piece, nsite, d, offsets):
-    """Write a piece of iron, without a moment, to column `end`."""
-    geom = int(piece[PIECE])
+    """Write a piece of iron to column `end`; it acts by its nodes, and has no moment here."""
+    geom = int(piece[GEOM_OF_PIECE])
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)[geom]
     for k in range(3):
         table[k, end] = position[k]

@@ -1,7 +1,6 @@
-"""Pieces of iron in one state.
+"""Pieces of iron in one state: geoms of iron, with the nodes on their surfaces.
 
-A geom is a piece, described by one dipole at its center: that of the ellipsoid that has its
-proportions, times its volume. The shape of a capsule or cylinder counts with its whole length.
+The response of a piece to a potential at its nodes is a matrix; see `numerics/iron/response.py`.
 """
 
 import math
@@ -10,40 +9,143 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.iron import BOX, CYLINDER, ELLIPSOID, SPHERE
 from magmotor.mjcf.declarations.table import pieces, planes
+from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirror_of
+from magmotor.mjcf.forces.responses import response_of
+from magmotor.numerics.arrays import copy
 from magmotor.numerics.deferred import jitable, subroutine
-from magmotor.numerics.demagnetization import demagnetizing_factors
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
-PIECE, VOLUME, SUSCEPTIBILITY, SATURATION, FACTORS, OUTER, ENERGY = 0, 1, 2, 3, 4, 7, 10
-"""Columns of a piece: its geom, its volume, its material, its demagnetizing factors, the field in T
-of everything except iron at its center, and the energy in J that its magnetization stores."""
+GEOM, SUSCEPTIBILITY, SATURATION, POSITION, FRAME, EXTENT = 0, 1, 2, 3, 6, 15
+"""Columns of a piece: its geom, its material, its pose, and the radius of the sphere around it."""
 
-BODY, WELD, MOVES, COLUMNS = 11, 12, 13, 14
-"""Further columns: its body, the rigid body of that, and the degrees of freedom of that; and how
-many columns there are."""
+RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES = 16, 17, 18, 19, 20, 21, 22
+"""Further columns: the address of its response; its first node and how many there are; the radius
+of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that."""
+
+KIND, LENGTHS, RESOLVED, COLUMNS = 23, 24, 27, 30
+"""Further columns: the type of the geom; half of its lengths along its axes; the heights above its
+flat faces that the nodes resolve, or 0 where it has none; and how many columns there are."""
+
+PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, ROWS = 0, 3, 4, 5, 6, 7
+"""Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
+charges in T m^2; and a row for their change.
+
+Potentials and charges are divided by the scale of moments, as polarizations are."""
 
 
 @subroutine(forceinline=True)
-def read_pieces(rows, scale, table, m, offsets):
-    """Write one row for each piece that a field magnetizes; return their number.
+def count_nodes(table, m, offsets):
+    """Return the numbers of columns for all nodes, and for those of the largest piece.
+
+    They are -1 if a response could not be computed. Responses are computed where they are not known.
+    """
+    total = largest = 0
+    for piece in pieces(table):
+        material = numbers_of(piece.material, m, offsets)
+        if material[0] != 0.0:
+            address = response_of(piece.geom, material, m, offsets)
+            if address == 0:
+                return -1, -1
+            padded = memory.words(address, responses.START)[responses.PADDED]
+            total, largest = total + padded, max(largest, padded)
+    return total, largest
+
+
+@subroutine
+def unanswered_piece(table, m, offsets):
+    """Return the first geom of iron whose response could not be computed, or -1."""
+    for piece in pieces(table):
+        material = numbers_of(piece.material, m, offsets)
+        if material[0] != 0.0 and response_of(piece.geom, material, m, offsets) == 0:
+            return piece.geom
+    return -1
+
+
+@subroutine(forceinline=True)
+def read_pieces(rows, nodes, scale, table, m, d, offsets):
+    """Write one row for each piece that a field magnetizes, and its nodes; return how many.
 
     `scale` is that of moments.
     """
-    found, count = pieces(table), 0
+    position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
+    frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
+    extent = memory.numbers(m[offsets.geom_rbound // 8], 1, memory.UNBOUNDED)[0]
+    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
+    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
+    found, count, first = pieces(table), 0, 0
     for k in range(len(found)):
         piece = found[k]
-        numbers = numbers_of(piece.material, m, offsets)
-        if numbers[0] != 0.0:
-            row = rows[count]
-            a, b, c, row[VOLUME] = _ellipsoid(piece.geom, m, offsets)
-            row[PIECE], row[SUSCEPTIBILITY] = piece.geom, numbers[0]
-            row[SATURATION] = scale * numbers[1] if len(numbers) > 1 else 0.0
-            factors = demagnetizing_factors(a, b, c)
-            for axis in range(3):
-                row[FACTORS + axis] = factors[axis]
-            row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
-            count += 1
+        material = numbers_of(piece.material, m, offsets)
+        if material[0] == 0.0:
+            continue
+        row, geom = rows[count], piece.geom
+        address = response_of(geom, material, m, offsets)
+        words = memory.words(address, responses.START)
+        numbers = memory.numbers(address, 1, responses.START)[0]
+        row[GEOM], row[SUSCEPTIBILITY], row[EXTENT] = geom, material[0], extent[geom]
+        row[SATURATION] = scale * material[1] if len(material) > 1 else 0.0
+        copy(row[POSITION:FRAME], position[geom])
+        copy(row[FRAME:EXTENT], frame[geom])
+        row[RESPONSE], row[FIRST], row[COUNT] = address, first, words[responses.COUNT]
+        row[RADIUS] = numbers[responses.RADIUS]
+        row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
+        row[KIND] = shape[geom]
+        a, b, c, _ = ellipsoid(shape[geom], size[geom, 0], size[geom, 1], size[geom, 2])
+        row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, b, c
+        for axis in range(3):
+            row[RESOLVED + axis] = numbers[responses.RESOLVED + axis]
+        _place(nodes, row, words[responses.PADDED])
+        first += words[responses.PADDED]
+        count += 1
     return count
+
+
+@subroutine
+def _place(nodes, row, padded):
+    """Write the positions of the nodes of a piece, and no charges."""
+    own = response_rows(row, padded)
+    first = int(row[FIRST])
+    for axis in range(3):
+        r0, r1, r2 = row[FRAME + 3 * axis], row[FRAME + 3 * axis + 1], row[FRAME + 3 * axis + 2]
+        place = nodes[axis, first : first + padded]
+        for k in range(padded):
+            place[k] = row[POSITION + axis] + r0 * own[0, k] + r1 * own[1, k] + r2 * own[2, k]
+    nodes[OUTER:, first : first + padded] = 0.0
+
+
+@subroutine
+def response_rows(row, padded):
+    """Return the rows of a response: x y z of nodes, their area vectors, and the matrix."""
+    rows = responses.ROWS + int(row[COUNT])
+    return memory.numbers(int(row[RESPONSE]) + 8 * responses.START, rows, padded)
+
+
+@subroutine
+def nodes_of(nodes, row):
+    """Return the columns of the nodes of a piece."""
+    first, count = int(row[FIRST]), int(row[COUNT])
+    return nodes[:, first : first + count]
+
+
+@subroutine
+def center_of(row):
+    """Return the position of a piece."""
+    return row[POSITION], row[POSITION + 1], row[POSITION + 2]
+
+
+@subroutine
+def dipole_of_piece(nodes, row):
+    """Return the dipole of a piece: its position, and its moment times the scale of moments."""
+    x, y, z = center_of(row)
+    own = nodes_of(nodes, row)
+    mx = my = mz = 0.0
+    for k in range(own.shape[1]):
+        charge = own[CHARGE, k] / VACUUM_PERMEABILITY
+        mx += charge * (own[0, k] - x)
+        my += charge * (own[1, k] - y)
+        mz += charge * (own[2, k] - z)
+    return x, y, z, mx, my, mz
 
 
 @subroutine(forceinline=True)
@@ -56,17 +158,12 @@ def read_mirror(table, m, d, offsets):
     return mirror
 
 
-@subroutine
-def _ellipsoid(geom, m, offsets):
-    """Return the semi-axes of an ellipsoid with a geom's proportions, and the geom's volume."""
-    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)[geom]
-    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)[geom]
-    return ellipsoid(shape, size[0], size[1], size[2])
-
-
 @jitable
 def ellipsoid(shape, a, b, c):
-    """Return the same by the type and the size of a geom."""
+    """Return the semi-axes of an ellipsoid with a geom's proportions, and the geom's volume.
+
+    The geom is given by its type and its size. Of a capsule, the whole length counts.
+    """
     if shape == SPHERE:
         return a, a, a, 4.0 / 3.0 * math.pi * a**3
     if shape == ELLIPSOID:

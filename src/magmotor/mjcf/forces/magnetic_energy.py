@@ -16,6 +16,7 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.induction import iron_energy
+from magmotor.mjcf.forces.iron_wrenches import energy_of_images
 from magmotor.mjcf.forces.mirror import NOTHING, mirrored
 from magmotor.mjcf.forces.shape_wrenches import add_shape_corrections, dipole_at_dipole
 from magmotor.numerics.deferred import subroutine
@@ -29,7 +30,9 @@ def energy_of(state, m, offsets):
     it; iron has. Nor have dipoles in the field of others, or in a given one, if neither moves.
     """
     table, magnets = state.table, state.magnets
-    energy = iron_energy(state.iron, state.pieces, state.mirror)
+    energy = 0.0
+    if len(state.pieces) > 0:
+        energy = iron_energy(state) + energy_of_images(state)
     for k in range(magnets.number):
         first, last = int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])
         if magnets.iron <= first < magnets.shaped:

@@ -10,7 +10,7 @@ from magmotor.mjcf.declarations import table as declared
 from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
 from magmotor.mjcf.declarations.model_numbers import moment_scale
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
-from magmotor.mjcf.error_numbers import BEHIND, MERGED, NO_ERROR, OUTSIDE, UNSOLVED
+from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE, UNANSWERED, UNSOLVED
 from magmotor.mjcf.forces import applied_fields as applied
 from magmotor.mjcf.forces.applied_fields import NAME, acts_on, field_and_gradient, read_fields
 from magmotor.mjcf.forces.charges import MOST
@@ -28,18 +28,26 @@ from magmotor.mjcf.forces.dipole_table import (
     Magnets,
     add_images,
     gather,
-    padded,
     sum_over_table,
     table_size,
 )
 from magmotor.mjcf.forces.drives import read_drives
-from magmotor.mjcf.forces.induction import COINCIDENT, FINE, magnetize_pieces
-from magmotor.mjcf.forces.iron_pieces import COLUMNS, OUTER, read_mirror, read_pieces
+from magmotor.mjcf.forces.induction import charge_pieces
+from magmotor.mjcf.forces.iron_pieces import (
+    COLUMNS,
+    GEOM,
+    count_nodes,
+    read_mirror,
+    read_pieces,
+    unanswered_piece,
+)
+from magmotor.mjcf.forces.iron_pieces import ROWS as ROWS_OF_NODES
+from magmotor.mjcf.forces.iron_potentials import set_outer_potentials
+from magmotor.mjcf.forces.iron_wrenches import flux_of_iron
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.shape_fields import flux_of_shapes
 from magmotor.mjcf.forces.shaped_magnets import COLUMNS as COLUMNS_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import read_shapes
-from magmotor.mjcf.forces.spontaneous_magnetization import find_instability
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.deferred import subroutine
 
@@ -51,20 +59,20 @@ class MagneticState(NamedTuple):
     """What `read_state` returns; all arrays are on the stack of `mjData`.
 
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `applied_fields.py`,
-    `mirror` in `mirror.py`, `pieces` in `iron_pieces.py`, `iron` in `induction.py`, `shapes` in
-    `shaped_magnets.py`, and `charges` in `charges.py`; `couplings`
-    has rows of two bodies and a factor, `scale` is that of the moments (see `model_numbers.py`),
-    and `error` is for `report`.
+    `mirror` in `mirror.py`, `pieces` and `nodes` in `iron_pieces.py`, and `shapes` in
+    `shaped_magnets.py`; `room` has the rows of `charges.py`, for the charges of a magnet or the
+    nodes of a piece; `couplings` has rows of two bodies and a factor, `scale` is that of the
+    moments (see `model_numbers.py`), and `error` is for `report`.
     """
 
     table: Any
     magnets: Magnets
     couplings: Any
     fields: Any
-    iron: Any
     pieces: Any
+    nodes: Any
     shapes: Any
-    charges: Any
+    room: Any
     mirror: tuple[float, float, float, float, float]
     scale: float
     error: tuple[int, int, int]
@@ -80,16 +88,19 @@ class Sizes(NamedTuple):
     pieces: int
     coils: int
     shapes: int
+    nodes: int
+    room: int
 
 
 @subroutine
-def _sizes(table, kinds):
-    """Return the sizes of what acts."""
+def _sizes(table, kinds, nodes, largest):
+    """Return the sizes of what acts, with `nodes` of iron, and `largest` of one piece."""
     magnets = declared.magnets(table)
     count = len(magnets) if kinds & DIPOLES else 0
     sites = 0
     for k in range(count):
         sites += magnets[k].end_site - magnets[k].first_site
+    shapes = len(declared.shapes(table)) if kinds & SHAPES else 0
     return Sizes(
         count,
         sites,
@@ -97,8 +108,19 @@ def _sizes(table, kinds):
         len(declared.fields(table)) if kinds & FIELDS else 0,
         len(declared.pieces(table)) if kinds & IRON else 0,
         len(declared.coils(table)) if kinds & COILS and count > 0 else 0,
-        len(declared.shapes(table)) if kinds & SHAPES else 0,
+        shapes,
+        nodes,
+        max(largest, MOST if shapes > 0 else 0),
     )
+
+
+@subroutine
+def _all_sizes(table, kinds, m, offsets):
+    """Return the sizes of what acts; those of nodes are -1 if iron has no response."""
+    nodes = largest = 0
+    if kinds & IRON:
+        nodes, largest = count_nodes(table, m, offsets)
+    return _sizes(table, kinds, nodes, largest)
 
 
 @subroutine
@@ -116,10 +138,10 @@ def _stack_words(sizes):
         + 3 * sizes.couplings
         + applied.COLUMNS * sizes.fields
         + COLUMNS * sizes.pieces
-        + 7 * padded(sizes.pieces)
+        + ROWS_OF_NODES * max(sizes.nodes, 0)
         + sizes.coils
         + COLUMNS_OF_SHAPE * sizes.shapes
-        + (ROWS_OF_CHARGES * MOST if sizes.shapes > 0 else 0)
+        + ROWS_OF_CHARGES * sizes.room
     )
 
 
@@ -135,7 +157,7 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
     def stack_bytes(model):
         _ = checksum
         m, table = memory.words(model, memory.UNBOUNDED), table_of(model, False)
-        sizes = _sizes(table, acting_kinds(table, m, offsets))
+        sizes = _all_sizes(table, acting_kinds(table, m, offsets), m, offsets)
         return 8 * _stack_words(sizes) + cluster_bytes(_dipoles(sizes)) + ALIGNMENT
 
     return stack_bytes
@@ -154,27 +176,27 @@ def _room(d, sizes):
     place += 8 * applied.COLUMNS * sizes.fields
     pieces = memory.numbers(place, sizes.pieces, COLUMNS)
     place += 8 * COLUMNS * sizes.pieces
-    iron = memory.numbers(place, 7, padded(sizes.pieces))
-    place += 8 * 7 * padded(sizes.pieces)
+    nodes = memory.numbers(place, ROWS_OF_NODES, max(sizes.nodes, 0))
+    place += 8 * ROWS_OF_NODES * max(sizes.nodes, 0)
     drives = memory.numbers(place, 1, sizes.coils)[0]
     place += 8 * sizes.coils
     shapes = memory.numbers(place, sizes.shapes, COLUMNS_OF_SHAPE)
     place += 8 * COLUMNS_OF_SHAPE * sizes.shapes
-    charges = memory.numbers(place, ROWS_OF_CHARGES, MOST)
-    return table, boundary, couplings, fields, pieces, iron, drives, shapes, charges
+    room = memory.numbers(place, ROWS_OF_CHARGES, sizes.room)
+    return table, boundary, couplings, fields, pieces, nodes, drives, shapes, room
 
 
 @subroutine(forceinline=True)
 def read_dipoles(m, d, offsets, own, kinds):
     """Read dipoles and couplings only; the arguments are those of `read_state`."""
-    sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
-    table, boundary, couplings, fields, pieces, iron, drives, shapes, charges = _room(d, sizes)
+    sizes, scale = _sizes(own, kinds, 0, 0), moment_scale(own, m, offsets)
+    table, boundary, couplings, fields, pieces, nodes, drives, shapes, room = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     magnets = gather(
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
     return MagneticState(
-        table, magnets, couplings, fields, iron, pieces, shapes, charges, NO_MIRROR, scale, NO_ERROR
+        table, magnets, couplings, fields, pieces, nodes, shapes, room, NO_MIRROR, scale, NO_ERROR
     )  # fmt: skip
 
 
@@ -184,8 +206,8 @@ def read_state(m, d, offsets, own, kinds):
 
     The caller marks the stack of `mjData` before, and frees it afterwards.
     """
-    sizes, scale = _sizes(own, kinds), moment_scale(own, m, offsets)
-    table, boundary, couplings, fields, pieces, iron, drives, shapes, charges = _room(d, sizes)
+    sizes, scale = _all_sizes(own, kinds, m, offsets), moment_scale(own, m, offsets)
+    table, boundary, couplings, fields, pieces, nodes, drives, shapes, room = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
     if sizes.coils > 0:
@@ -194,54 +216,35 @@ def read_state(m, d, offsets, own, kinds):
     if kinds & SHAPES:
         shapes = shapes[: read_shapes(shapes, scale, own, m, d, offsets)]
     if kinds & IRON:
-        pieces = pieces[: read_pieces(pieces, scale, own, m, offsets)]
+        count = read_pieces(pieces, nodes, scale, own, m, d, offsets) if sizes.nodes >= 0 else 0
+        pieces = pieces[:count]
         mirror = read_mirror(own, m, d, offsets)
     magnets = gather(
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
     error = _dipole_behind(table, magnets, mirror)
+    if sizes.nodes < 0:
+        error = UNANSWERED, unanswered_piece(own, m, offsets), -1
     state = MagneticState(
-        table, magnets, couplings, fields, iron, pieces, shapes, charges, mirror, scale, error
+        table, magnets, couplings, fields, pieces, nodes, shapes, room, mirror, scale, error
     )  # fmt: skip
     if len(pieces) > 0 and error[0] < 0:
-        error = _magnetize(state, m, d, offsets)
+        error = _magnetize(state, m, offsets)
         state = MagneticState(
-            table, magnets, couplings, fields, iron, pieces, shapes, charges, mirror, scale, error
+            table, magnets, couplings, fields, pieces, nodes, shapes, room, mirror, scale, error
         )  # fmt: skip
     return state
 
 
 @subroutine
-def _magnetize(state, m, d, offsets):
-    """Find the moments of iron; return an error."""
-    table, iron, first = state.table, state.iron, state.magnets.iron
-    for i in range(iron.shape[1]):
-        for row in range(6):
-            iron[row, i] = table[row, first + i] if row < 3 and i < len(state.pieces) else 0.0
-        # Labels differ, so that all pieces act on one another, also on one body.
-        iron[6, i] = i
-    for i in range(len(state.pieces)):
-        total, code, other = field_at(state, first, iron[0, i], iron[1, i], iron[2, i], m, offsets)
-        if code >= 0:
-            return code, int(table[ELEMENT, first + i]), other
-        if total[6]:
-            return MERGED, int(table[ELEMENT, first + i]), -1
-        outer = total[3:6]
-        for k in range(3):
-            state.pieces[i, OUTER + k] = outer[k]
-    frames = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
-    # With several minima, the moments would depend on history, which no state has.
-    status, piece = find_instability(iron, state.pieces, state.mirror, frames)
-    if status == FINE:
-        status, piece = magnetize_pieces(iron, state.pieces, state.mirror, frames)
-    if status != FINE:
-        code = MERGED if status == COINCIDENT else UNSOLVED
-        return code, int(table[ELEMENT, first + piece]), -1
-    # From here on, iron acts as dipoles with these moments; see `induction.py`.
-    for i in range(len(state.pieces)):
-        for k in range(3, 6):
-            table[k, first + i] = iron[k, i]
-    return NO_ERROR
+def _magnetize(state, m, offsets):
+    """Find the charges of iron; return an error."""
+    error = set_outer_potentials(state, m, offsets)
+    if error[0] < 0:
+        piece = charge_pieces(state)
+        if piece >= 0:
+            error = UNSOLVED, int(state.pieces[piece, GEOM]), -1
+    return error
 
 
 @subroutine
@@ -275,7 +278,7 @@ def misplaced_dipole(state, m, offsets):
 def field_at(state, end, x, y, z, m, offsets):
     """Compute the field at a point, without that of the grouped dipoles from column `end` on.
 
-    That of magnets by their geom is included.
+    That of magnets by their geom, and of iron, is included.
 
     It is over the scale of the moments. Returns a total as in `magmotor.dipoles.sum_over_sources`,
     without force; an error or -1; and the numeric outside of whose table the point is.
@@ -289,6 +292,9 @@ def field_at(state, end, x, y, z, m, offsets):
     bx, by, bz = total[3], total[4], total[5]
     if len(state.shapes) > 0:
         ux, uy, uz = flux_of_shapes(state, x, y, z)
+        bx, by, bz = bx + ux, by + uy, bz + uz
+    if len(state.pieces) > 0:
+        ux, uy, uz = flux_of_iron(state, x, y, z)
         bx, by, bz = bx + ux, by + uy, bz + uz
     for i in range(len(state.fields)):
         f = field_and_gradient(state.fields[i], x, y, z, m, offsets)

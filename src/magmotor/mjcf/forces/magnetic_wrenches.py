@@ -22,6 +22,7 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
+from magmotor.mjcf.forces.iron_wrenches import add_iron_wrenches
 from magmotor.mjcf.forces.magnetic_state import read_dipoles, read_state
 from magmotor.mjcf.forces.mirror import NOTHING
 from magmotor.mjcf.forces.resolution import unresolved_body
@@ -54,6 +55,8 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
             acting += _add_image_wrenches(state, center, applied)
         if error[0] < 0 and len(state.shapes) > 0:
             add_shape_corrections(state, center, applied, False)
+        if error[0] < 0 and len(state.pieces) > 0:
+            acting += add_iron_wrenches(state, m, offsets, center, applied)
         if error[0] < 0:
             error = unresolved_body(state.table, state.magnets, m, d, offsets, applied, later)
     memory.free_stack(d.ctypes.data)

@@ -12,6 +12,7 @@ from magmotor.mjcf.forces.shaped_magnets import (
     SPREAD,
     dipole_of,
     in_frame,
+    in_world,
 )
 from magmotor.numerics.deferred import subroutine
 
@@ -79,6 +80,21 @@ def _extent(row, x, y, z, distance):
     if int(row[KIND]) == CYLINDER:
         return (math.sqrt(x * x + y * y) * a + abs(z) * b) / distance
     return math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c) / distance
+
+
+@subroutine
+def support(row, x, y, z):
+    """Return the vector from the center of a magnet to its farthest point in a direction."""
+    x, y, z = in_frame(row, x + row[POSITION], y + row[POSITION + 1], z + row[POSITION + 2])
+    a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
+    if int(row[KIND]) == BOX:
+        return in_world(row, math.copysign(a, x), math.copysign(b, y), math.copysign(c, z))
+    if int(row[KIND]) == CYLINDER:
+        across = math.sqrt(x * x + y * y)
+        scale = a / across if across > 1e-9 else 0.0  # a cylinder that lies flat touches evenly
+        return in_world(row, scale * x, scale * y, math.copysign(b, z))
+    scale = 1.0 / math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c)
+    return in_world(row, scale * a * a * x, scale * b * b * y, scale * c * c * z)
 
 
 @subroutine

@@ -68,17 +68,24 @@ def set_continued_fields(room, count, row):
 
 
 @subroutine
-def continued_potential(row, x, y, z):
-    """Return the potential in T m of which that field is the negative gradient."""
+def set_continued_potentials(room, count, row):
+    """Write the potential in T m, of which that field is the negative gradient, to row 4."""
+    prefer_wide_vectors()
     a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
     jx, jy, jz = row[POLARIZATION], row[POLARIZATION + 1], row[POLARIZATION + 2]
-    if int(row[KIND]) == BOX:
-        return box_continued_potential(x, y, z, a, b, c, jx, jy, jz)
-    if int(row[KIND]) == CYLINDER:
-        return cylinder_continued_potential(x, y, z, a, b, jx, jy, jz)
+    x, y, z, phi = room[0], room[1], room[2], room[4]
     if int(row[KIND]) == SPHERE:
-        return sphere_continued_potential(x, y, z, a, jx, jy, jz)
-    return ellipsoid_continued_potential(x, y, z, a, b, c, jx, jy, jz)
+        for k in range(count):
+            phi[k] = sphere_continued_potential(x[k], y[k], z[k], a, jx, jy, jz)
+    elif int(row[KIND]) == BOX:
+        for k in range(count):
+            phi[k] = box_continued_potential(x[k], y[k], z[k], a, b, c, jx, jy, jz)
+    elif int(row[KIND]) == CYLINDER:
+        for k in range(count):
+            phi[k] = cylinder_continued_potential(x[k], y[k], z[k], a, b, jx, jy, jz)
+    else:
+        for k in range(count):
+            phi[k] = ellipsoid_continued_potential(x[k], y[k], z[k], a, b, c, jx, jy, jz)
 
 
 @subroutine

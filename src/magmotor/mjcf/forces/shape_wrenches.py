@@ -21,9 +21,9 @@ from magmotor.mjcf.forces.shape_distances import (
     reach_of,
 )
 from magmotor.mjcf.forces.shape_fields import (
-    continued_potential,
     flux_of_dipole,
     set_continued_fields,
+    set_continued_potentials,
 )
 from magmotor.mjcf.forces.shaped_magnets import (
     BODY,
@@ -63,32 +63,47 @@ def dipole_at_dipole(target, source):
 
 
 @subroutine
-def _charges_at_shape(room, count, center, row, wanted):
+def charges_at_shape(room, count, center, row, wanted):
     """Return the force and torque on charges in the field of a magnet, or their energy.
 
     The force and the torque about `center`, in the world's axes, are those of the field that
-    continues the one outside; the energy is `wanted` only if asked for.
+    continues the one outside; the energy is `wanted` only if asked for. The charges, in the world's
+    frame, are taken to that of the magnet.
     """
-    fx = fy = fz = tx = ty = tz = energy = 0.0
-    cx, cy, cz = in_frame(row, center[0], center[1], center[2])
     for k in range(count):
         x, y, z = in_frame(row, room[0, k], room[1, k], room[2, k])
         room[0, k], room[1, k], room[2, k] = x, y, z
-        if wanted:
-            energy += room[3, k] * continued_potential(row, x, y, z)
-    if not wanted:
-        set_continued_fields(room, count, row)
-        for k in range(count):
-            charge = room[3, k]
-            hx, hy, hz = charge * room[4, k], charge * room[5, k], charge * room[6, k]
-            fx, fy, fz = fx + hx, fy + hy, fz + hz
-            x, y, z = room[0, k] - cx, room[1, k] - cy, room[2, k] - cz
-            tx, ty, tz = tx + y * hz - z * hy, ty + z * hx - x * hz, tz + x * hy - y * hx
+    if wanted:
+        set_continued_potentials(room, count, row)
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, energy_of_charges(room, count)
+    set_continued_fields(room, count, row)
+    wrench = wrench_of_charges(room, count, in_frame(row, center[0], center[1], center[2]))
+    force = in_world(row, wrench[0], wrench[1], wrench[2])
+    torque = in_world(row, wrench[3], wrench[4], wrench[5])
+    return (*force, *torque, 0.0)
+
+
+@subroutine
+def energy_of_charges(room, count):
+    """Return the energy in J of the charges in row 3 in the potentials in row 4."""
+    total = 0.0
+    for k in range(count):
+        total += room[3, k] * room[4, k]
+    return total / VACUUM_PERMEABILITY
+
+
+@subroutine
+def wrench_of_charges(room, count, center):
+    """Return the force and the torque about a center on charges in the fields in rows 4 to 6."""
+    fx = fy = fz = tx = ty = tz = 0.0
+    for k in range(count):
+        charge = room[3, k]
+        hx, hy, hz = charge * room[4, k], charge * room[5, k], charge * room[6, k]
+        fx, fy, fz = fx + hx, fy + hy, fz + hz
+        x, y, z = room[0, k] - center[0], room[1, k] - center[1], room[2, k] - center[2]
+        tx, ty, tz = tx + y * hz - z * hy, ty + z * hx - x * hz, tz + x * hy - y * hx
     per = 1.0 / VACUUM_PERMEABILITY
-    fx, fy, fz, tx, ty, tz = per * fx, per * fy, per * fz, per * tx, per * ty, per * tz
-    energy *= per
-    force, torque = in_world(row, fx, fy, fz), in_world(row, tx, ty, tz)
-    return (*force, *torque, energy)
+    return per * fx, per * fy, per * fz, per * tx, per * ty, per * tz
 
 
 @subroutine
@@ -100,7 +115,7 @@ def _correction(room, count, target, row, mirror, wanted):
     """
     source = dipole_of(row)
     if mirror[0] == 0.0:
-        true = _charges_at_shape(room, count, target, row, wanted)
+        true = charges_at_shape(room, count, target, row, wanted)
         point = dipole_at_dipole(target, source)
         return _difference(true, point)
     # The charges of an image are opposite, and reflected; so is the field, instead of the magnet.
@@ -109,7 +124,7 @@ def _correction(room, count, target, row, mirror, wanted):
         room[0, k], room[1, k], room[2, k] = place[0], place[1], place[2]
     there = mirrored(mirror, target)
     # A dipole's moment is reflected as a vector, which the force on it takes into account.
-    true = _charges_at_shape(room, count, there, row, wanted)
+    true = charges_at_shape(room, count, there, row, wanted)
     point = dipole_at_dipole(there, source)
     change = _difference(true, point)
     strength = mirror[0]
@@ -132,7 +147,7 @@ def _difference(one, other):
 
 
 @subroutine
-def _add(body, factor, wrench, at, center, applied):
+def add_wrench_about(body, factor, wrench, at, center, applied):
     """Add a force, and a torque about a point, to the wrench of a body."""
     x, y, z = at[0] - center[body, 0], at[1] - center[body, 1], at[2] - center[body, 2]
     fx, fy, fz = factor * wrench[0], factor * wrench[1], factor * wrench[2]
@@ -145,22 +160,22 @@ def _add(body, factor, wrench, at, center, applied):
 
 
 @subroutine
-def _add_both(body, moves, other, other_moves, target, change, mirror, factor, center, applied):
+def add_both(body, moves, other, other_moves, target, change, mirror, factor, center, applied):
     """Add what a correction is to the wrenches of both bodies: of the charges, and of the shape.
 
     With a mirror, the shape is an image. The reaction on it, reflected, acts on the magnet.
     """
     if moves:
-        _add(body, factor, change, target, center, applied)
+        add_wrench_about(body, factor, change, target, center, applied)
     if other_moves:
         reaction = (-change[0], -change[1], -change[2], -change[3], -change[4], -change[5])
         if mirror[0] == 0.0:
-            _add(other, factor, reaction, target, center, applied)
+            add_wrench_about(other, factor, reaction, target, center, applied)
         else:
             force = reflected(mirror, reaction[0], reaction[1], reaction[2])
             torque = reflected(mirror, reaction[3], reaction[4], reaction[5])
             both = (*force, -torque[0], -torque[1], -torque[2])
-            _add(other, factor, both, mirrored(mirror, target), center, applied)
+            add_wrench_about(other, factor, both, mirrored(mirror, target), center, applied)
 
 
 @subroutine
@@ -170,7 +185,7 @@ def add_shape_corrections(state, center, applied, wanted):
     Returns the energy in J that is added.
     """
     shapes, mirror, nothing = state.shapes, state.mirror, NO_MIRROR
-    room = state.charges
+    room = state.room
     energy = 0.0
     table, magnets = state.table, state.magnets
     farthest = farthest_squared(shapes)
@@ -187,8 +202,6 @@ def add_shape_corrections(state, center, applied, wanted):
                 energy += _pair(row, other, room, mirror, factor, center, applied, wanted)
         for k in range(magnets.number - len(shapes)):
             first, moves = int(table[FIRST, k]), table[DIPOLES_MOVE, k] + other[MOVES] > 0.0
-            # The energy of iron is that in the true field already.
-            moves = moves and not (wanted and magnets.iron <= first < magnets.shaped)
             for i in range(first, first + int(table[SIZE, k]) if moves else first):
                 target = dipole(table, i)
                 body, on_it = int(table[BODY_OF_DIPOLES, k]), table[DIPOLES_MOVE, k] > 0.0
@@ -216,7 +229,7 @@ def _pair(one, two, room, mirror, factor, center, applied, wanted):
     count = set_charges(room, row, order_of_charges(row, other, mirror))
     change = _correction(room, count, target, other, mirror, wanted)
     if not wanted:
-        _add_both(
+        add_both(
             int(row[BODY]), row[MOVES] > 0.0, int(other[BODY]), other[MOVES] > 0.0,
             target, change, mirror, factor, center, applied,
         )  # fmt: skip
@@ -234,7 +247,7 @@ def _dipole_and_shape(target, body, moves, row, room, mirror, center, applied, w
     count = set_dipole(room, target, row[RADIUS])
     change = _correction(room, count, target, row, mirror, wanted)
     if not wanted:
-        _add_both(
+        add_both(
             body, moves, int(row[BODY]), row[MOVES] > 0.0,
             target, change, mirror, 1.0, center, applied,
         )  # fmt: skip

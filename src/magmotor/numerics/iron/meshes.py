@@ -1,4 +1,4 @@
-"""Meshes of hexahedra that fill boxes, cylinders and ellipsoids.
+"""Meshes of hexahedra that fill boxes, cylinders, capsules and ellipsoids.
 
 The outer faces of a mesh are the panels of the surface. They are narrower beside sharp edges, where
 the density of charge is singular.
@@ -88,6 +88,32 @@ def ellipsoid(semi_axes: ArrayLike, spacing: float) -> Array:
     return axes * corners * (4 * np.pi / 3 / outward(corners)[2].sum()) ** (1 / 3)
 
 
+def capsule(radius: float, half_length: float, spacing: float) -> Array:
+    """Return the cells of a capsule along z; their volume is that of the true capsule.
+
+    The parameters and what is returned are those of `box`; the cells at the axis and at the poles
+    have corners that coincide.
+    """
+    around = max(12, int(np.ceil(2 * np.pi * radius / spacing)))
+    angles = 2 * np.pi / around * np.arange(around + 1)
+    radial = np.linspace(0, 1, int(np.ceil(radius / spacing)) + 1)
+    arc = np.linspace(0, np.pi / 2, max(FEWEST, int(np.ceil(np.pi / 2 * radius / spacing))) + 1)
+    side = np.linspace(-1, 1, int(np.ceil(2 * half_length / spacing)) + 1)[1:-1]
+    axial = np.concatenate(
+        [
+            -half_length - radius * np.cos(arc),
+            half_length * side,
+            half_length + radius * np.sin(arc),
+        ]
+    )
+    outer = radius * np.concatenate([np.sin(arc), np.ones_like(side), np.cos(arc)])
+    r, phi = np.meshgrid(radial, angles, indexing="ij")
+    flat = outer * (r * [np.cos(phi), np.sin(phi)])[..., None]
+    corners = _cells(np.stack([*flat, np.broadcast_to(axial, flat[0].shape)], axis=-1))
+    volume = np.pi * radius**2 * (2 * half_length + 4 / 3 * radius)
+    return corners * (volume / outward(corners)[2].sum()) ** (1 / 3)
+
+
 def _cells(grid: Array) -> Array:
     """Return the corners of the cells of a grid of points (I, J, K, 3)."""
     windows = np.lib.stride_tricks.sliding_window_view(grid, (2, 2, 2), axis=(0, 1, 2))
@@ -121,12 +147,16 @@ def numbered_faces(cells: Array) -> tuple[Integers, Integers]:
     return numbers.reshape(-1, 6), np.flatnonzero(counts == 1)
 
 
-def panels(cells: Array) -> Array:
-    """Return the corners of the outer faces (P, 4, 3), in the order of their numbers."""
+def panels(cells: Array) -> tuple[Array, Array]:
+    """Return the corners of the outer faces (P, 4, 3), and their outward area vectors (P, 3).
+
+    They are in the order of their numbers.
+    """
     numbers, outer = numbered_faces(cells)
     place = np.zeros(numbers.max() + 2, dtype=np.int64)
     place[numbers.ravel()] = np.arange(numbers.size)
-    return faces(cells).reshape(-1, 4, 3)[place[outer]]
+    chosen = place[outer]
+    return faces(cells).reshape(-1, 4, 3)[chosen], outward(cells)[0].reshape(-1, 3)[chosen]
 
 
 def area_vectors(quadrilaterals: Array) -> Array:

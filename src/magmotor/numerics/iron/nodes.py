@@ -15,6 +15,10 @@ LARGEST_ORDER = 4
 """Number of Gauss points in an interval; a longer line has several intervals."""
 
 
+FEWEST = 3
+"""Number of nodes along an edge at least: those of two would be far from it."""
+
+
 class Line(NamedTuple):
     """A line from 0 to 1, with intervals of equal length and Gauss points in each of them."""
 
@@ -22,9 +26,9 @@ class Line(NamedTuple):
     order: int
 
     @classmethod
-    def spaced(cls, length: float, spacing: float, fewest: int = 2) -> "Line":
+    def spaced(cls, length: float, spacing: float, fewest: int = FEWEST) -> "Line":
         """Return a line whose nodes have the mean distance `spacing` or less."""
-        count = max(fewest, int(np.ceil(length / spacing)))
+        count = max(fewest, int(np.ceil(length / spacing - 1e-9)))
         intervals = int(np.ceil(count / max(fewest, LARGEST_ORDER)))
         return cls(intervals, int(np.ceil(count / intervals)))
 
@@ -61,6 +65,12 @@ class BoxNodes:
                 grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
                 found.append(self._half * (2 * grid.reshape(-1, 3) - 1))
         self.points = np.concatenate(found)
+
+    @property
+    def distances(self) -> Array:
+        """Mean distances of nodes on the faces normal to the axes, the larger of two, in m."""
+        one = 2 * self._half / [line.nodes.size for line in self._lines]
+        return np.maximum(np.roll(one, -1), np.roll(one, -2))
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
@@ -99,6 +109,11 @@ class RingNodes:
                 found.append(np.stack(circle, axis=-1))
         self.points = np.concatenate(found)
 
+    @property
+    def distances(self) -> Array:
+        """Mean distances of nodes on faces normal to the axes in m; 0 where there are none."""
+        return np.zeros(3)
+
     def _interpolate(self, segment: Array, along: Array, phi: Array) -> Array:
         """Return the matrix for points on segments, from 0 to 1 along each, at angles phi."""
         offsets = np.cumsum([0] + [line.nodes.size for line in self._segments])
@@ -128,6 +143,12 @@ class CylinderNodes(RingNodes):
             (disk, np.full(disk.size, half_length)),
         ]
         super().__init__([base, side, base], rings, spacing)
+        self._base = radius / base.nodes.size
+
+    @property
+    def distances(self) -> Array:
+        """Mean distances of nodes on faces normal to the axes in m; 0 where there are none."""
+        return np.array([0.0, 0.0, self._base])
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
@@ -135,6 +156,28 @@ class CylinderNodes(RingNodes):
         r, height = np.hypot(x, y) / self._radius, z / self._half_length
         segment = np.where(np.abs(height) < 1 - 1e-9, 1, np.where(height > 0, 2, 0))
         along = np.where(segment == 1, (height + 1) / 2, r)
+        return self._interpolate(segment, along, np.arctan2(y, x))
+
+
+class CapsuleNodes(RingNodes):
+    """Nodes on a capsule along z."""
+
+    def __init__(self, radius: float, half_length: float, spacing: float):
+        self._radius, self._half_length = radius, half_length
+        arc = Line.spaced(np.pi / 2 * radius, spacing, 3)
+        side = Line.spaced(2 * half_length, spacing)
+        angle, wall = np.pi / 2 * arc.nodes, half_length * (2 * side.nodes - 1)
+        cap, height = radius * np.sin(angle), half_length + radius * np.cos(angle)
+        rings = [(cap, -height), (np.full(wall.size, radius), wall), (cap, height)]
+        super().__init__([arc, side, arc], rings, spacing)
+
+    def interpolation(self, points: Array) -> Array:
+        """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
+        x, y, z = points.T
+        above = np.abs(z) - self._half_length
+        segment = np.where(above < 0, 1, np.where(z > 0, 2, 0))
+        along = np.arctan2(np.hypot(x, y), above) / (np.pi / 2)
+        along = np.where(segment == 1, (z / self._half_length + 1) / 2, along)
         return self._interpolate(segment, along, np.arctan2(y, x))
 
 

@@ -28,15 +28,27 @@ from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.iron import meshes
 from magmotor.numerics.iron.coulomb import RULE_OF_SEVEN, mutual_energies
 from magmotor.numerics.iron.interior import neumann_to_dirichlet, neumann_to_dirichlet_of_box
-from magmotor.numerics.iron.nodes import BoxNodes, CylinderNodes, EllipsoidNodes
+from magmotor.numerics.iron.nodes import BoxNodes, CapsuleNodes, CylinderNodes, EllipsoidNodes
 
 CHUNK = 128
 """Number of panels at a time."""
 
+NODES = 96
+"""Number of nodes of a piece, roughly, unless their distance is given."""
+
+RADIUS = 0.5
+"""Radius of the balls of charge at the nodes, over the distance of nodes."""
+
+RESOLVED = 0.7
+"""Height above a flat face that its nodes resolve, over their distance."""
+
+SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 2, 3, 4, 5, 6
+"""mjGEOM_SPHERE and so on."""
+
 LARGEST_COUNT = 100
 """Number of sweeps over coupled pieces, at most."""
 
-Nodes = BoxNodes | CylinderNodes | EllipsoidNodes
+Nodes = BoxNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
 
 
 @dataclass(frozen=True)
@@ -49,10 +61,35 @@ class Response:
         Nodes on the surface, in m, in the frame of the piece.
     matrix : ndarray, shape (K, K)
         Minus the charges at the nodes, in T m^2, for a potential of 1 T m at one of them.
+    areas : ndarray, shape (K, 3)
+        Area vectors of the nodes in m^2: the integral of phi n over the surface is the sum of
+        potentials at nodes times these.
+    volume : float
+        In m^3.
+    susceptibility : float
+    radius : float
+        Radius in m of the balls of charge at the nodes, for what is as near as their distance.
+    resolved : ndarray, shape (3,)
+        Heights in m above the flat faces normal to each axis from which the nodes resolve the field
+        of a magnet; 0 where there is no flat face.
     """
 
     points: Array
     matrix: Array
+    areas: Array
+    volume: float
+    susceptibility: float
+    radius: float
+    resolved: Array
+
+    @property
+    def factors(self) -> Array:
+        """Demagnetizing factors (3,) along the axes: the mean magnetization is H/(1/chi + N).
+
+        They are those for the moment in a uniform field H.
+        """
+        moments = np.einsum("ki,kl,li->i", self.points, self.matrix, self.points)
+        return self.volume / moments - 1 / self.susceptibility
 
     def charges(self, potential: Array) -> Array:
         """Return the charges (K,) in T m^2 in a potential (K,) in T m at the nodes."""
@@ -76,52 +113,92 @@ class Response:
         return forces.sum(axis=0), np.cross(self.points, forces).sum(axis=0)
 
 
-def box(half_edges: ArrayLike, spacing: float, susceptibility: float) -> Response:
-    """Compute the response of a box.
+def of_geom(kind: int, size: ArrayLike, susceptibility: float, spacing: float = 0.0) -> Response:
+    """Compute the response of a geom of MuJoCo.
 
     Parameters
     ----------
-    half_edges : array_like, shape (3,)
-        Half of the lengths along x, y and z, in m, as in MuJoCo's geoms.
-    spacing : float
-        Distance between nodes in m, and largest panel. At a gap of this width to a magnet, the
-        error of the force is some 2 %; at half the gap it may be a tenth.
+    kind : int
+        mjGEOM_SPHERE, mjGEOM_CAPSULE, mjGEOM_ELLIPSOID, mjGEOM_CYLINDER or mjGEOM_BOX.
+    size : array_like, shape (3,)
+        As in `geom_size`, in m.
     susceptibility : float
         chi of the material, -1 or more and not 0; infinity for an ideal one.
+    spacing : float
+        Distance between nodes in m, and largest panel; 0 for one by which there are some
+        `NODES` nodes. At a gap of this width to a magnet, the error of the force is some 2 %.
     """
+    a, b, c = np.asarray(size, dtype=float)
+    if kind == BOX:
+        return box([a, b, c], spacing or _spacing(8 * (a * b + b * c + c * a)), susceptibility)
+    if kind == CYLINDER:
+        return cylinder(a, b, spacing or _spacing(2 * np.pi * a * (a + 2 * b)), susceptibility)
+    if kind == SPHERE:
+        b = c = a
+    if kind == CAPSULE:
+        return capsule(a, b, spacing or _spacing(4 * np.pi * a * (a + b)), susceptibility)
+    # Knud Thomsen's formula for the surface is right to 1 %.
+    mean = ((a * b) ** 1.6 + (b * c) ** 1.6 + (c * a) ** 1.6) / 3
+    area = 4 * np.pi * mean ** (1 / 1.6)
+    return ellipsoid([a, b, c], spacing or _spacing(area), susceptibility)
+
+
+def _spacing(area: float) -> float:
+    return math.sqrt(area / NODES)
+
+
+def box(half_edges: ArrayLike, spacing: float, susceptibility: float) -> Response:
+    """Compute the response of a box, whose half edges (3,) are in m; see `of_geom`."""
     lines = meshes.box_lines(half_edges, spacing)
     interior = neumann_to_dirichlet_of_box(lines)
-    panels = meshes.panels(meshes.cells_between(lines))
-    return _response(panels, interior, BoxNodes(half_edges, spacing), susceptibility)
+    cells = meshes.cells_between(lines)
+    return _response(cells, interior, BoxNodes(half_edges, spacing), susceptibility, spacing)
 
 
 def cylinder(radius: float, half_length: float, spacing: float, susceptibility: float) -> Response:
-    """Compute the response of a cylinder along z; see `box`."""
-    cells = meshes.cylinder(radius, half_length, spacing)
-    panels, interior = meshes.panels(cells), neumann_to_dirichlet(cells)
-    return _response(panels, interior, CylinderNodes(radius, half_length, spacing), susceptibility)
+    """Compute the response of a cylinder along z; see `of_geom`."""
+    cells, nodes = (
+        meshes.cylinder(radius, half_length, spacing),
+        CylinderNodes(radius, half_length, spacing),
+    )
+    return _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
 
 
 def ellipsoid(semi_axes: ArrayLike, spacing: float, susceptibility: float) -> Response:
-    """Compute the response of an ellipsoid, whose semi-axes (3,) are in m; see `box`."""
-    cells = meshes.ellipsoid(semi_axes, spacing)
-    panels, interior = meshes.panels(cells), neumann_to_dirichlet(cells)
-    return _response(panels, interior, EllipsoidNodes(semi_axes, spacing), susceptibility)
+    """Compute the response of an ellipsoid, whose semi-axes (3,) are in m; see `of_geom`."""
+    cells, nodes = meshes.ellipsoid(semi_axes, spacing), EllipsoidNodes(semi_axes, spacing)
+    return _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
 
 
-def _response(panels: Array, interior: Array, nodes: Nodes, susceptibility: float) -> Response:
+def capsule(radius: float, half_length: float, spacing: float, susceptibility: float) -> Response:
+    """Compute the response of a capsule along z; see `of_geom`."""
+    cells, nodes = (
+        meshes.capsule(radius, half_length, spacing),
+        CapsuleNodes(radius, half_length, spacing),
+    )
+    return _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
+
+
+def _response(
+    cells: Array, interior: Array, nodes: Nodes, susceptibility: float, spacing: float
+) -> Response:
     """Return the response of a meshed piece.
 
     Charges of zero sum are those of all panels but the last, which takes the rest. The matrix is
     positive for a positive susceptibility and negative for a negative one: G is above P.
     """
+    panels, vectors = meshes.panels(cells)
     form = mutual_energies(panels) + interior / susceptibility
     form = form[:-1, :-1] - form[:-1, -1:] - form[-1:, :-1] + form[-1, -1]
-    means = panel_means(panels, nodes)
-    means = means[:-1] - means[-1]
+    each = panel_means(panels, nodes)
+    means = each[:-1] - each[-1]
     sign = math.copysign(1.0, susceptibility)
     half = solve_triangular(cholesky(sign * form, lower=True), means, lower=True)
-    return Response(nodes.points, sign * half.T @ half)
+    volume = meshes.outward(cells)[2].sum()
+    return Response(
+        nodes.points, sign * half.T @ half, each.T @ vectors, volume, susceptibility,
+        RADIUS * spacing, RESOLVED * nodes.distances,
+    )  # fmt: skip
 
 
 def panel_means(panels: Array, nodes: Nodes) -> Array:

@@ -1,0 +1,151 @@
+"""The potential at the nodes of iron of everything except iron: magnets, their images, and fields.
+
+The field is mu0 H = -grad phi in T, and the potential phi is in T m.
+"""
+
+import math
+
+from magmotor.mjcf.declarations.custom import numbers_of
+from magmotor.mjcf.declarations.fields import GRADIENT
+from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE
+from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
+from magmotor.mjcf.forces.dipole_table import ELEMENT, FIRST, SIZE, dipole
+from magmotor.mjcf.forces.face_images import lift_of_shape, to_world
+from magmotor.mjcf.forces.iron_pieces import BODY, EXTENT, OUTER, center_of, nodes_of
+from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above, mirrored
+from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squared_distance
+from magmotor.mjcf.forces.shape_fields import set_continued_potentials
+from magmotor.mjcf.forces.shaped_magnets import SPREAD, dipole_of, in_frame
+from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+
+PER_4PI = VACUUM_PERMEABILITY / (4.0 * math.pi)
+
+_GAUSS = (
+    (0.06943184420297371, 0.17392742256872692), (0.33000947820757187, 0.3260725774312731),
+    (0.6699905217924281, 0.3260725774312731), (0.9305681557970263, 0.17392742256872692),
+)  # fmt: skip
+"""Points and weights of Gauss and Legendre between 0 and 1."""
+
+
+@subroutine
+def set_outer_potentials(state, m, offsets):
+    """Find the potential of everything except iron at all nodes; return an error."""
+    mirror = state.mirror
+    for i in range(len(state.pieces)):
+        piece = state.pieces[i]
+        element = int(state.table[ELEMENT, state.magnets.iron + i])
+        x, y, z = center_of(piece)
+        if mirror[0] != 0.0 and height_above(mirror, x, y, z) <= 0.0:
+            return BEHIND, element, int(piece[BODY])
+        _add_magnets(state, piece, NO_MIRROR, 1.0)
+        if mirror[0] != 0.0:
+            _add_magnets(state, piece, mirror, -mirror[0])
+        for number in range(len(state.fields)):
+            row = state.fields[number]
+            if not _add_field(state, piece, row, m, offsets):
+                return OUTSIDE, element, int(row[NAME])
+    return NO_ERROR
+
+
+@subroutine
+def place_charges(room, own, mirror):
+    """Write the places of nodes to the rows 0 to 2 of `room`, reflected if there is a mirror.
+
+    Returns how many there are.
+    """
+    count = own.shape[1]
+    for axis in range(3):
+        for k in range(count):
+            room[axis, k] = own[axis, k]
+    for k in range(count if mirror[0] != 0.0 else 0):
+        place = mirrored(mirror, (own[0, k], own[1, k], own[2, k], 0.0, 0.0, 0.0))
+        room[0, k], room[1, k], room[2, k] = place[0], place[1], place[2]
+    return count
+
+
+@subroutine
+def lower_charges(room, count, piece, shape):
+    """Lower the places of nodes, instead of lifting a magnet that is too near; return if so."""
+    lifted = lift_of_shape(piece, shape)
+    dx, dy, dz = to_world(piece, lifted[0], lifted[1], lifted[2])
+    for k in range(count):
+        room[0, k], room[1, k], room[2, k] = room[0, k] - dx, room[1, k] - dy, room[2, k] - dz
+    return lifted[0] != 0.0 or lifted[1] != 0.0 or lifted[2] != 0.0
+
+
+@subroutine
+def acts_as_shape(shape, piece, mirror):
+    """Whether a magnet, or its image, is so near a piece that its shape counts."""
+    x, y, z = center_of(piece)
+    if mirror[0] != 0.0:
+        place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
+        x, y, z = place[0], place[1], place[2]
+    gap = math.sqrt(squared_distance(shape, x, y, z)) - piece[EXTENT]
+    reach = FAR * reach_of(shape)
+    return gap < 0.0 or gap * gap < max(reach * reach, FAR_SPREAD * shape[SPREAD])
+
+
+@subroutine
+def _add_magnets(state, piece, mirror, factor):
+    """Add the potential of all magnets, or of their images, at the nodes of a piece."""
+    own, room = nodes_of(state.nodes, piece), state.room
+    table, magnets = state.table, state.magnets
+    count = place_charges(room, own, mirror)
+    for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
+        first = int(table[FIRST, k])
+        for i in range(first, first + int(table[SIZE, k])):
+            _add_dipole(own[OUTER], room, count, dipole(table, i), factor)
+    for k in range(len(state.shapes)):
+        shape = state.shapes[k]
+        if acts_as_shape(shape, piece, mirror):
+            if mirror[0] == 0.0:
+                lower_charges(room, count, piece, shape)
+            for n in range(count):
+                x, y, z = in_frame(shape, room[0, n], room[1, n], room[2, n])
+                room[0, n], room[1, n], room[2, n] = x, y, z
+            set_continued_potentials(room, count, shape)
+            for n in range(count):
+                own[OUTER, n] += factor * room[4, n]
+            place_charges(room, own, mirror)
+        else:
+            _add_dipole(own[OUTER], room, count, dipole_of(shape), factor)
+
+
+@subroutine
+def _add_dipole(potential, room, count, source, factor):
+    """Add the potential of a dipole at the places in the rows of `room`."""
+    u, v, w, mx, my, mz = source
+    scale = factor * PER_4PI
+    x, y, z = room[0], room[1], room[2]
+    for k in range(count):
+        dx, dy, dz = x[k] - u, y[k] - v, z[k] - w
+        square = dx * dx + dy * dy + dz * dz
+        along = mx * dx + my * dy + mz * dz
+        potential[k] += scale * along / (square * math.sqrt(square))
+
+
+@subroutine
+def _add_field(state, piece, row, m, offsets):
+    """Add the potential of an applied field, along lines from the center; return if it is finite.
+
+    It is exact for linear fields.
+    """
+    own = nodes_of(state.nodes, piece)
+    linear = len(numbers_of(int(row[NAME]), m, offsets)) <= GRADIENT
+    u, v, w = center_of(piece)
+    total = 0.0
+    for k in range(own.shape[1]):
+        dx, dy, dz = own[0, k] - u, own[1, k] - v, own[2, k] - w
+        change = 0.0
+        if linear:
+            f = field_and_gradient(row, u + 0.5 * dx, v + 0.5 * dy, w + 0.5 * dz, m, offsets)
+            change = f[0] * dx + f[1] * dy + f[2] * dz
+        else:
+            for point in range(len(_GAUSS)):
+                t, weight = _GAUSS[point]
+                f = field_and_gradient(row, u + t * dx, v + t * dy, w + t * dz, m, offsets)
+                change += weight * (f[0] * dx + f[1] * dy + f[2] * dz)
+        own[OUTER, k] -= change
+        total += change
+    return math.isfinite(total)

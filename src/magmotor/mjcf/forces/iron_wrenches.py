@@ -1,0 +1,222 @@
+"""Forces and torques on pieces of iron and on what magnetizes them, and the field of iron.
+
+The charges of iron are known. The force on each is that of the field of magnets, other pieces,
+applied fields and images at its node, and the reaction acts on the source, at the node.
+"""
+
+from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
+from magmotor.mjcf.forces.applied_fields import OWNER, acts_on, field_and_gradient
+from magmotor.mjcf.forces.charge_pairs import add_fields
+from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
+from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
+from magmotor.mjcf.forces.dipole_table import MOVES as DIPOLES_MOVE
+from magmotor.mjcf.forces.face_images import image_energy, with_images
+from magmotor.mjcf.forces.induction import are_far, radius_of_pair
+from magmotor.mjcf.forces.iron_pieces import (
+    BODY,
+    CHARGE,
+    MOVES,
+    RADIUS,
+    WELD,
+    center_of,
+    dipole_of_piece,
+    nodes_of,
+)
+from magmotor.mjcf.forces.iron_potentials import acts_as_shape, lower_charges, place_charges
+from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
+from magmotor.mjcf.forces.shape_fields import flux_of_dipole
+from magmotor.mjcf.forces.shape_wrenches import (
+    add_both,
+    charges_at_shape,
+    dipole_at_dipole,
+    wrench_of_charges,
+)
+from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
+from magmotor.mjcf.forces.shaped_magnets import MOVES as SHAPE_MOVES
+from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
+from magmotor.mjcf.forces.shaped_magnets import dipole_of
+from magmotor.numerics.deferred import subroutine
+
+
+@subroutine
+def add_iron_wrenches(state, m, offsets, center, applied):
+    """Add the wrenches on iron, and the reactions to them; return how many pieces act."""
+    mirror, pieces = state.mirror, state.pieces
+    for i in range(len(pieces)):
+        _add_magnets(state, pieces[i], NO_MIRROR, center, applied)
+        if mirror[0] != 0.0:
+            _add_magnets(state, pieces[i], mirror, center, applied)
+        for j in range(i + 1):
+            moves = pieces[i, MOVES] + pieces[j, MOVES] > 0.0
+            if moves and pieces[i, WELD] != pieces[j, WELD]:
+                _add_pair(state, i, j, NO_MIRROR, 1.0, center, applied)
+            if moves and mirror[0] != 0.0:
+                _add_pair(state, i, j, mirror, 0.5 if i == j else 1.0, center, applied)
+        for number in range(len(state.fields)):
+            row = state.fields[number]
+            if acts_on(row, pieces[i, WELD], pieces[i, MOVES]):
+                _add_field(state, pieces[i], row, m, offsets, center, applied)
+    return len(pieces)
+
+
+@subroutine
+def energy_of_images(state):
+    """Return the energy by which images in flat faces differ from what nodes resolve."""
+    energy = 0.0
+    for i in range(len(state.pieces)):
+        for k in range(len(state.shapes)):
+            if acts_as_shape(state.shapes[k], state.pieces[i], NO_MIRROR):
+                energy += image_energy(state.pieces[i], state.shapes[k], state.room)
+    return energy
+
+
+@subroutine
+def _charges(state, piece, mirror):
+    """Write the charges of a piece to the room, reflected if there is a mirror; return how many."""
+    own, room = nodes_of(state.nodes, piece), state.room
+    count = place_charges(room, own, mirror)
+    for k in range(count):
+        room[3, k] = own[CHARGE, k]
+    return count
+
+
+@subroutine
+def _with_images(wrench, mirror):
+    """Return the wrench on charges from that on the reflected ones, which images feel opposite."""
+    if mirror[0] == 0.0:
+        return (*wrench, 0.0)
+    strength = mirror[0]
+    force = reflected(mirror, wrench[0], wrench[1], wrench[2])
+    torque = reflected(mirror, wrench[3], wrench[4], wrench[5])
+    return (
+        -strength * force[0], -strength * force[1], -strength * force[2],
+        strength * torque[0], strength * torque[1], strength * torque[2], 0.0,
+    )  # fmt: skip
+
+
+@subroutine
+def _center(piece, mirror):
+    """Return the position of a piece, reflected if there is a mirror."""
+    x, y, z = center_of(piece)
+    if mirror[0] == 0.0:
+        return x, y, z
+    place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
+    return place[0], place[1], place[2]
+
+
+@subroutine
+def _add_magnets(state, piece, mirror, center, applied):
+    """Add the wrenches between a piece and all magnets, or their images."""
+    table, magnets, room = state.table, state.magnets, state.room
+    target, there = (*center_of(piece), 0.0, 0.0, 0.0), _center(piece, mirror)
+    body, moves = int(piece[BODY]), piece[MOVES] > 0.0
+    count = _charges(state, piece, mirror)
+    for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
+        first, on_it = int(table[FIRST, k]), table[DIPOLES_MOVE, k] > 0.0
+        if table[LABEL, first] == piece[WELD] and mirror[0] == 0.0:
+            continue
+        for i in range(first, first + int(table[SIZE, k]) if moves or on_it else first):
+            _set_dipole_fields(room, count, dipole(table, i))
+            change = _with_images(wrench_of_charges(room, count, there), mirror)
+            other = int(table[BODY_OF_DIPOLES, k])
+            add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
+    for k in range(len(state.shapes)):
+        shape = state.shapes[k]
+        on_it = shape[SHAPE_MOVES] > 0.0
+        if not (moves or on_it) or (shape[WELD_OF_SHAPE] == piece[WELD] and mirror[0] == 0.0):
+            continue
+        other = int(shape[BODY_OF_SHAPE])
+        if not acts_as_shape(shape, piece, mirror):
+            _set_dipole_fields(room, count, dipole_of(shape))
+            change = _with_images(wrench_of_charges(room, count, there), mirror)
+            add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
+        elif mirror[0] != 0.0:
+            change = charges_at_shape(room, count, there, shape, False)[:6]
+            change = _with_images(change, mirror)
+            add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
+            count = _charges(state, piece, mirror)
+        else:
+            at = dipole_of(shape)
+            lowered = lower_charges(room, count, piece, shape)
+            wrench = charges_at_shape(room, count, at, shape, False)[:6]
+            if lowered:
+                wrench = with_images(piece, shape, wrench, room)
+            change = _with_images(wrench, NO_MIRROR)
+            add_both(body, moves, other, on_it, at, change, mirror, 1.0, center, applied)
+            count = _charges(state, piece, mirror)
+
+
+@subroutine
+def _set_dipole_fields(room, count, source):
+    """Write the field of a dipole at charges to the rows 4 to 6."""
+    x, y, z, hx, hy, hz = room[0], room[1], room[2], room[4], room[5], room[6]
+    for k in range(count):
+        hx[k], hy[k], hz[k] = flux_of_dipole(source, x[k], y[k], z[k])
+
+
+@subroutine
+def _add_pair(state, i, j, mirror, factor, center, applied):
+    """Add the wrenches between two pieces, or between one and the other's image."""
+    piece, other, room = state.pieces[i], state.pieces[j], state.room
+    target, there = (*center_of(piece), 0.0, 0.0, 0.0), _center(piece, mirror)
+    if are_far(piece, other, mirror):
+        own, source = dipole_of_piece(state.nodes, piece), dipole_of_piece(state.nodes, other)
+        if mirror[0] != 0.0:
+            own = mirrored(mirror, own)
+        wrench = dipole_at_dipole(own, source)[:6]
+    else:
+        count = _charges(state, piece, mirror)
+        others = nodes_of(state.nodes, other)
+        field = room[4:, :count]
+        field[:, :] = 0.0
+        add_fields(room, field, others, others[CHARGE], radius_of_pair(piece, other), 1.0)
+        wrench = wrench_of_charges(room, count, there)
+    change = _with_images(wrench, mirror)
+    add_both(
+        int(piece[BODY]), piece[MOVES] > 0.0, int(other[BODY]), other[MOVES] > 0.0,
+        target, change, mirror, factor, center, applied,
+    )  # fmt: skip
+
+
+@subroutine
+def _add_field(state, piece, row, m, offsets, center, applied):
+    """Add the wrench of an applied field on a piece, and the reaction on the body of the field."""
+    room = state.room
+    count = _charges(state, piece, NO_MIRROR)
+    for k in range(count):
+        f = field_and_gradient(row, room[0, k], room[1, k], room[2, k], m, offsets)
+        room[4, k], room[5, k], room[6, k] = f[0], f[1], f[2]
+    target = (*center_of(piece), 0.0, 0.0, 0.0)
+    change = (*wrench_of_charges(room, count, target), 0.0)
+    add_both(
+        int(piece[BODY]), piece[MOVES] > 0.0, int(row[OWNER]), row[OWNER_MOVES] > 0.0,
+        target, change, NO_MIRROR, 1.0, center, applied,
+    )  # fmt: skip
+
+
+@subroutine
+def flux_of_iron(state, x, y, z):
+    """Return the flux density of all pieces, and of their images, at a point outside of them."""
+    bx = by = bz = 0.0
+    mirror = state.mirror
+    for i in range(len(state.pieces)):
+        ux, uy, uz = _flux_of_piece(state, i, x, y, z)
+        bx, by, bz = bx + ux, by + uy, bz + uz
+        if mirror[0] != 0.0:
+            there = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
+            flux = _flux_of_piece(state, i, there[0], there[1], there[2])
+            ux, uy, uz = reflected(mirror, flux[0], flux[1], flux[2])
+            bx, by, bz = bx - mirror[0] * ux, by - mirror[0] * uy, bz - mirror[0] * uz
+    return bx, by, bz
+
+
+@subroutine
+def _flux_of_piece(state, i, x, y, z):
+    """Return the field of the charges of a piece at a point."""
+    room, piece = state.room, state.pieces[i]
+    source = nodes_of(state.nodes, piece)
+    room[0, 0], room[1, 0], room[2, 0] = x, y, z
+    field = room[4:, :1]
+    field[:, :] = 0.0
+    add_fields(room, field, source, source[CHARGE], piece[RADIUS], 1.0)
+    return field[0, 0], field[1, 0], field[2, 0]
