@@ -33,7 +33,7 @@ def read_shapes(rows, scale, table, m, d, offsets):
     sizes = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
     frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
-    count = 0
+    count, inverse = 0, 1.0 / scale
     for found in shapes(table):
         geom = found.geom
         if not is_magnet(geom, m, offsets):
@@ -46,15 +46,16 @@ def read_shapes(rows, scale, table, m, d, offsets):
         # A cylinder has its radius and half its length, other shapes have three half lengths.
         row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, c if kind == CYLINDER else b, c
         for k, number in enumerate(polarization_of(geom, m, offsets)):
-            row[POLARIZATION + k] = number / scale
+            row[POLARIZATION + k] = inverse * number
         for k in range(9):
             row[FRAME + k] = frame[geom, k]
+        magnetic = volume / VACUUM_PERMEABILITY
         for k in range(3):
             row[POSITION + k] = position[geom, k]
             total = 0.0
             for i in range(3):
                 total += frame[geom, 3 * k + i] * row[POLARIZATION + i]
-            row[MOMENT + k] = total * volume / VACUUM_PERMEABILITY
+            row[MOMENT + k] = magnetic * total
         count += 1
     return count
 
