@@ -1,18 +1,19 @@
-"""Flat, uniformly charged faces in a parallel plane: potential, and what integrates it over a face.
+"""Flat, uniformly charged faces: potential, and what integrates it over another face.
 
-A face lies in the plane z = 0, with the charge 1 per area; phi is the integral of 1/r over it. The
-integral of phi over a second face at height z is one over the outline of that,
+A face lies in the plane z = 0, with the charge 1 per area; phi is the integral of 1/r over it. In
+the planes above, there are vectors U and V with
 
-    int phi dA = int U.n dl,    dU_x/dx + dU_y/dy = phi,
+    dU_x/dx + dU_y/dy = phi,    dV_x/dx + dV_y/dy = -dphi/dz,    dU/dz = -V,    dV/dz = grad phi,
 
-where n is the outward normal of the outline in its plane. U and its first derivatives are
-continuous, also at z = 0, where grad phi jumps at the outline of the first face.
+so that integrals of phi over a second face become integrals over its outline. The potential has a
+kink at z = 0, and its derivative jumps at the outline of the first face; V is continuous, and U has
+continuous derivatives.
 
 Of a rectangle, each is a sum over the corners. With X and Y from the corner, and r from it,
 
     L_x = ln(X + r), L_y = ln(Y + r), M = ln(z + r),
     T_x = atan(Y/X) - atan(Y z/(X r)), T_y = atan(X/Y) - atan(X z/(Y r)),
-    U_x = Y r/2 + (X^2 - z^2) L_y/2 - z Y M - z X T_x,
+    U_x = Y r/2 + (X^2 - z^2) L_y/2 - z Y M - z X T_x,    V_x = Y M + z L_y + X T_x,
 
 without terms whose sum is zero. Of a disk of radius R, U = 2 pi R I(1, 1, -2), where
 
@@ -35,7 +36,9 @@ CUTOFF = 1e-12
 
 @twofold(forceinline=True)
 def rectangle(x, y, z, a, b):
-    """Compute phi of a rectangle and its gradient.
+    """Compute phi, V and U of a rectangle, and their derivatives.
+
+    What is not used costs nothing, if the compiler knows it.
 
     Parameters
     ----------
@@ -46,84 +49,64 @@ def rectangle(x, y, z, a, b):
 
     Returns
     -------
-    phi, phi_x, phi_y, phi_z : float
-        Potential in m, and its derivatives.
+    phi : tuple of float
+        The potential in m, and its derivatives along x, y and z.
+    v : tuple of float
+        V_x and V_y, in m^2 per m, and the derivatives V_xx, V_xy = V_yx and V_yy.
+    u : tuple of float
+        The same of U in m^2.
     """
     phi = phi_x = phi_y = phi_z = 0.0
+    v_x = v_y = v_xx = v_xy = v_yy = 0.0
+    u_x = u_y = u_xx = u_xy = u_yy = 0.0
     for s, t in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        u, v = x + s * a, y + t * b
-        r = math.sqrt(u * u + v * v + z * z)
-        log_x, log_y = _logarithm(u, r, v * v + z * z), _logarithm(v, r, u * u + z * z)
-        angle = arctangent(u * v, z * r)
-        phi += s * t * (u * log_y + v * log_x - z * angle)
-        phi_x += s * t * log_y
-        phi_y += s * t * log_x
-        phi_z -= s * t * angle
-    return phi, phi_x, phi_y, phi_z
-
-
-@twofold(forceinline=True)
-def rectangle_flux(x, y, z, a, b):
-    """Compute U of a rectangle, and its derivatives U_xx, U_xy = U_yx, U_yy, U_xz and U_yz.
-
-    The parameters are those of `rectangle`.
-    """
-    u_x = u_y = xx = xy = yy = xz = yz = 0.0
-    for s, t in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        u, v = x + s * a, y + t * b
-        flat = u * u + v * v
+        sign, p, q = s * t, x + s * a, y + t * b
+        flat = p * p + q * q
         r = math.sqrt(flat + z * z)
-        log_x, log_y = _logarithm(u, r, v * v + z * z), _logarithm(v, r, u * u + z * z)
+        log_x, log_y = _logarithm(p, r, q * q + z * z), _logarithm(q, r, p * p + z * z)
         log_z = logarithm(z + r + TINY)
-        across = u * v * flat / (z + r + TINY)
-        turn_x = arctangent(across, u * u * r + v * v * z)
-        turn_y = arctangent(across, v * v * r + u * u * z)
-        psi = r - z * log_z
-        u_x += s * t * (0.5 * (v * r + (u * u - z * z) * log_y) - z * (v * log_z + u * turn_x))
-        u_y += s * t * (0.5 * (u * r + (v * v - z * z) * log_x) - z * (u * log_z + v * turn_y))
-        xx += s * t * (u * log_y - z * turn_x)
-        xy += s * t * psi
-        yy += s * t * (v * log_x - z * turn_y)
-        xz -= s * t * (v * log_z + z * log_y + u * turn_x)
-        yz -= s * t * (u * log_z + z * log_x + v * turn_y)
-    return u_x, u_y, xx, xy, yy, xz, yz
+        both = p * q * flat / (z + r + TINY)
+        turn_x = arctangent(both, p * p * r + q * q * z)
+        turn_y = arctangent(both, q * q * r + p * p * z)
+        angle = arctangent(p * q, z * r)
+        phi += sign * (p * log_y + q * log_x - z * angle)
+        phi_x, phi_y, phi_z = phi_x + sign * log_y, phi_y + sign * log_x, phi_z - sign * angle
+        v_x += sign * (q * log_z + z * log_y + p * turn_x)
+        v_y += sign * (p * log_z + z * log_x + q * turn_y)
+        v_xx, v_xy, v_yy = v_xx + sign * turn_x, v_xy + sign * log_z, v_yy + sign * turn_y
+        u_x += sign * (0.5 * (q * r + (p * p - z * z) * log_y) - z * (q * log_z + p * turn_x))
+        u_y += sign * (0.5 * (p * r + (q * q - z * z) * log_x) - z * (p * log_z + q * turn_y))
+        u_xx += sign * (p * log_y - z * turn_x)
+        u_xy += sign * (r - z * log_z)
+        u_yy += sign * (q * log_x - z * turn_y)
+    return (
+        (phi, phi_x, phi_y, phi_z),
+        (v_x, v_y, v_xx, v_xy, v_yy),
+        (u_x, u_y, u_xx, u_xy, u_yy),
+    )
 
 
 @twofold(forceinline=True)
 def disk(x, y, z, radius):
-    """Compute phi of a disk and its gradient, as `rectangle`."""
-    r = math.sqrt(x * x + y * y)
-    plain, solenoid, _, phi = end_terms(z, r, radius)
-    slope = -4.0 * math.pi * plain
-    inside = 0.5 if r < radius else 0.0
-    return phi, slope * x, slope * y, 4.0 * math.pi * (z * solenoid - inside)
-
-
-@twofold(forceinline=True)
-def disk_flux(x, y, z, radius):
-    """Compute U of a disk and its derivatives, as `rectangle_flux`."""
+    """Compute phi, V and U of a disk, and their derivatives, as `rectangle`."""
     square = x * x + y * y
     r = math.sqrt(square)
     plain, solenoid, _, phi = end_terms(z, r, radius)
-    # 2 pi R times I(1, 1, 0)/r, I(1, 0, 0), I(1, 0, -1), R I(0, 0, 0).
-    i_110, i_100, i_10m = 4.0 * math.pi * plain, -4.0 * math.pi * z * solenoid, phi
+    # 2 pi R times I(1, 1, 0)/r, I(1, 0, 0) and R I(0, 0, 0), where phi is that times I(1, 0, -1).
+    i_110, i_100 = 4.0 * math.pi * plain, -4.0 * math.pi * z * solenoid
     i_100 += 2.0 * math.pi if r < radius else 0.0
-    i_000 = (i_10m + square * i_110 + z * i_100) / radius
-    # The same of I(0, 1, 0), I(0, 1, -1) and I(1, 1, -1), all over r.
+    i_000 = (phi + square * i_110 + z * i_100) / radius
+    # The same times I(0, 1, 0)/r, I(0, 1, -1)/r, V/r and U/r.
     per_square = 1.0 / (square + CUTOFF * radius * radius)
     i_010 = (2.0 * math.pi * radius - z * i_000 - radius * i_100) * per_square
     i_01m = i_000 - radius * i_110 - z * i_010
-    i_11m = 0.5 * (radius * i_010 + i_100 - z * i_110)
-    across = (radius * i_01m + i_10m - z * i_11m) / 3.0
-    along = (phi - 2.0 * across) * per_square
+    v = 0.5 * (radius * i_010 + i_100 - z * i_110)
+    u = (radius * i_01m + phi - z * v) / 3.0
+    more_v, more_u = (i_100 - 2.0 * v) * per_square, (phi - 2.0 * u) * per_square
     return (
-        across * x,
-        across * y,
-        across + along * x * x,
-        along * x * y,
-        across + along * y * y,
-        -i_11m * x,
-        -i_11m * y,
+        (phi, -i_110 * x, -i_110 * y, -i_100),
+        (v * x, v * y, v + more_v * x * x, more_v * x * y, v + more_v * y * y),
+        (u * x, u * y, u + more_u * x * x, more_u * x * y, u + more_u * y * y),
     )
 
 
