@@ -66,9 +66,15 @@ def order_of_charges(row, other, mirror):
     distance = math.sqrt(nx * nx + ny * ny + nz * nz)
     gap = distance - _extent(row, x - place[0], y - place[1], z - place[2], distance)
     gap -= _extent(other, nx, ny, nz, distance)
+    return level_of_gap(gap, row[RADIUS])
+
+
+@subroutine
+def level_of_gap(gap, radius):
+    """Return the order of the charges of a magnet with a radius at a gap."""
     level = 0
     for k in range(len(CLOSE)):
-        level += gap < CLOSE[k] * row[RADIUS]
+        level += gap < CLOSE[k] * radius
     return level
 
 

@@ -236,7 +236,7 @@ def _pair(one, two, room, mirror, factor, center, applied, wanted):
     level, pose = order_of_charges(row, other, mirror), pose_of(row)
     if mirror[0] != 0.0:
         pose = mirrored_pose(mirror, pose)
-    more = facing_faces(room, pose, row, other, level, wanted)
+    level, more = facing_faces(room, pose, row, other, level, wanted)
     count = set_charges(room, row, level)
     change = _correction(room, count, target, other, mirror, more, wanted)
     if not wanted:
