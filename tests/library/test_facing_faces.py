@@ -143,19 +143,17 @@ def test_faces_that_overlap_in_part(kinds, tilt):
 @pytest.mark.parametrize("kinds", [*KINDS, ("mirror", "box"), ("mirror", "cylinder")])
 def test_forces_between_faces_are_the_gradient_of_the_energy(kinds, tilt):
     rng = np.random.default_rng(8)
-    for _ in range(3):
+    for gap in (1e-4, 3e-4, -1e-5):
         if kinds[0] == "mirror":
             one = sliding_pair((kinds[1], "box"), rng, tilt, 0.0)[0]
             one.rotation = Rotation.from_rotvec([tilt, 0, 1])
-            one.position = np.array([0.01, 0, one.extent([0, 0, 1]) + 1e-4])
+            one.position = np.array([0.01, 0, one.extent([0, 0, 1]) + abs(gap)])
             custom = IRON.format(500, "floor")
             model, data = loaded(one.body(), act="magnets iron", custom=custom, more=FLOOR)
         else:
-            model, data = loaded(
-                *(magnet.body() for magnet in sliding_pair(kinds, rng, tilt, 1e-4))
-            )
+            model, data = loaded(*(magnet.body() for magnet in sliding_pair(kinds, rng, tilt, gap)))
         mujoco.mj_forward(model, data)
-        step = 2e-7
+        step = 2e-8
         slopes = [
             (turned_by(model, data, k, step) - turned_by(model, data, k, -step)) / (2 * step)
             for k in range(model.nv)
@@ -163,4 +161,4 @@ def test_forces_between_faces_are_the_gradient_of_the_energy(kinds, tilt):
         forces = data.qfrc_passive
         largest = abs(forces[:3]).max()
         scale = np.tile(np.repeat([largest, 0.005 * largest], 3), model.nv // 6)
-        assert (abs(forces + slopes) / scale).max() < 1e-6  # 6e-8, by the differences
+        assert (abs(forces + slopes) / scale).max() < 5e-6  # 7e-7, by the differences
