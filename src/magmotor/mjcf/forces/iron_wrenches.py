@@ -34,6 +34,7 @@ from magmotor.mjcf.forces.shape_wrenches import (
     add_both,
     charges_at_shape,
     dipole_at_dipole,
+    pad_charges,
     wrench_of_charges,
 )
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
@@ -78,12 +79,15 @@ def energy_of_images(state):
 
 @subroutine
 def _charges(state, piece, mirror):
-    """Write the charges of a piece to the room, reflected if there is a mirror; return how many."""
+    """Write the charges of a piece to the room, reflected if there is a mirror.
+
+    Returns how many there are, with zeros up to a multiple of eight.
+    """
     own, room = nodes_of(state.nodes, piece), state.room
     count = place_charges(room, own, mirror)
     for k in range(count):
         room[3, k] = own[CHARGE, k]
-    return count
+    return pad_charges(room, count)
 
 
 @subroutine
@@ -190,7 +194,9 @@ def _add_field(state, piece, row, m, offsets, center, applied):
     room, own = state.room, nodes_of(state.nodes, piece)
     count = _charges(state, piece, NO_MIRROR)
     fx = fy = fz = 0.0
-    for k in range(count):
+    for k in range(own.shape[1], count):
+        room[4, k] = room[5, k] = room[6, k] = 0.0
+    for k in range(own.shape[1]):
         f = field_along_line(piece, own, k, row, m, offsets)
         room[4, k], room[5, k], room[6, k] = f[1], f[2], f[3]
         charge = room[3, k] / VACUUM_PERMEABILITY

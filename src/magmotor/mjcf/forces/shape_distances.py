@@ -2,6 +2,7 @@
 
 import math
 
+from magmotor.dipoles import inner
 from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
 from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.mjcf.forces.shaped_magnets import (
@@ -14,7 +15,9 @@ from magmotor.mjcf.forces.shaped_magnets import (
     in_frame,
     in_world,
 )
+from magmotor.numerics.constants import COUNT
 from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.simd import broadcast, lane_numbers, load, minimum, where_less
 
 FAR, FAR_SPREAD = 2.0, 1000.0
 """Two magnets are dipoles for each other from this many radii of both on, if the squared distance
@@ -64,9 +67,15 @@ def order_of_charges(row, other, mirror):
     distance = math.sqrt(nx * nx + ny * ny + nz * nz)
     gap = distance - _extent(row, x - place[0], y - place[1], z - place[2], distance)
     gap -= _extent(other, nx, ny, nz, distance)
+    return level_of_gap(gap, row[RADIUS])
+
+
+@subroutine
+def level_of_gap(gap, radius):
+    """Return the order of the charges of a magnet with a radius at a gap."""
     level = 0
     for k in range(len(CLOSE)):
-        level += gap < CLOSE[k] * row[RADIUS]
+        level += gap < CLOSE[k] * radius
     return level
 
 
@@ -108,13 +117,28 @@ def farthest_squared(shapes):
 
 @subroutine
 def nearest_squared(table, first, number):
-    """Return the squared distance of a magnet to the nearest of those before it.
+    """Return the squared distance of a magnet to the nearest of those before it, or infinity.
 
-    The loop over the table of dipoles is fast.
+    In the table of dipoles, magnets by their geom begin at column `first`. Eight columns are read
+    at a time, so that up to seven other dipoles before these count, too.
     """
-    x, y, z = table[0], table[1], table[2]
-    target, nearest = first + number, math.inf
-    for k in range(first, target):
-        dx, dy, dz = x[k] - x[target], y[k] - y[target], z[k] - z[target]
-        nearest = min(nearest, dx * dx + dy * dy + dz * dz)
-    return nearest
+    target = first + number
+    place = broadcast(table[0, target]), broadcast(table[1, target]), broadcast(table[2, target])
+    last, far = target // COUNT * COUNT, broadcast(math.inf)
+    others = _eight_squares(table, last, place)
+    nearest = where_less(lane_numbers(), broadcast(float(target - last)), others, far)
+    for j in range(first // COUNT * COUNT, last, COUNT):
+        square = _eight_squares(table, j, place)
+        nearest = where_less(square, nearest, square, nearest)
+    return minimum(nearest)
+
+
+@subroutine(forceinline=True)
+def _eight_squares(table, j, place):
+    """Return the squared distances of a point from the dipoles in columns j to j + 7."""
+    x, y, z = (
+        place[0] - load(table, 0, j),
+        place[1] - load(table, 1, j),
+        place[2] - load(table, 2, j),
+    )
+    return inner(x, y, z, x, y, z)

@@ -59,6 +59,9 @@ def set_continued_fields(room, count, row):
     elif int(row[KIND]) == BOX:
         for k in range(count):
             hx[k], hy[k], hz[k] = box_continued_field(x[k], y[k], z[k], a, b, c, jx, jy, jz)
+    elif int(row[KIND]) == CYLINDER and jx == 0.0 and jy == 0.0:
+        for k in range(count):
+            hx[k], hy[k], hz[k] = cylinder_continued_field(x[k], y[k], z[k], a, b, 0.0, 0.0, jz)
     elif int(row[KIND]) == CYLINDER:
         for k in range(count):
             hx[k], hy[k], hz[k] = cylinder_continued_field(x[k], y[k], z[k], a, b, jx, jy, jz)

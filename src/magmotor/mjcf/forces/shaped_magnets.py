@@ -33,7 +33,7 @@ def read_shapes(rows, scale, table, m, d, offsets):
     sizes = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
     frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
-    count = 0
+    count, inverse = 0, 1.0 / scale
     for found in shapes(table):
         geom = found.geom
         if not is_magnet(geom, m, offsets):
@@ -46,15 +46,16 @@ def read_shapes(rows, scale, table, m, d, offsets):
         # A cylinder has its radius and half its length, other shapes have three half lengths.
         row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, c if kind == CYLINDER else b, c
         for k, number in enumerate(polarization_of(geom, m, offsets)):
-            row[POLARIZATION + k] = number / scale
+            row[POLARIZATION + k] = inverse * number
         for k in range(9):
             row[FRAME + k] = frame[geom, k]
+        magnetic = volume / VACUUM_PERMEABILITY
         for k in range(3):
             row[POSITION + k] = position[geom, k]
             total = 0.0
             for i in range(3):
                 total += frame[geom, 3 * k + i] * row[POLARIZATION + i]
-            row[MOMENT + k] = total * volume / VACUUM_PERMEABILITY
+            row[MOMENT + k] = magnetic * total
         count += 1
     return count
 
@@ -86,14 +87,36 @@ def dipole_of(row):
 
 
 @subroutine
-def in_frame(row, x, y, z):
-    """Return a point in the frame of a magnet."""
-    dx, dy, dz = x - row[POSITION], y - row[POSITION + 1], z - row[POSITION + 2]
+def pose_of(row):
+    """Return the center of a magnet, and its frame, row by row."""
     return (
-        row[FRAME] * dx + row[FRAME + 3] * dy + row[FRAME + 6] * dz,
-        row[FRAME + 1] * dx + row[FRAME + 4] * dy + row[FRAME + 7] * dz,
-        row[FRAME + 2] * dx + row[FRAME + 5] * dy + row[FRAME + 8] * dz,
+        row[POSITION], row[POSITION + 1], row[POSITION + 2],
+        row[FRAME], row[FRAME + 1], row[FRAME + 2],
+        row[FRAME + 3], row[FRAME + 4], row[FRAME + 5],
+        row[FRAME + 6], row[FRAME + 7], row[FRAME + 8],
+    )  # fmt: skip
+
+
+@subroutine
+def in_pose(pose, x, y, z):
+    """Return a point in the frame of a magnet."""
+    return along_axes(pose, x - pose[0], y - pose[1], z - pose[2])
+
+
+@subroutine
+def along_axes(pose, x, y, z):
+    """Return a vector of the world along the axes of a magnet."""
+    return (
+        pose[3] * x + pose[6] * y + pose[9] * z,
+        pose[4] * x + pose[7] * y + pose[10] * z,
+        pose[5] * x + pose[8] * y + pose[11] * z,
     )
+
+
+@subroutine
+def in_frame(row, x, y, z):
+    """Return the same by the row of the magnet."""
+    return in_pose(pose_of(row), x, y, z)
 
 
 @subroutine
