@@ -126,11 +126,11 @@ def wrenches(model, data):
     return found
 
 
-def loaded(*bodies, act="magnets", custom="", more=""):
+def loaded(*bodies, act="magnets", custom="", more="", asset=""):
     model = mujoco.MjModel.from_xml_string(
         f'<mujoco><option gravity="0 0 0" integrator="RK4" timestep="1e-5"/>{PLUGIN.format(act)}'
         f'<custom>{custom}</custom><default><geom contype="0" conaffinity="0"/></default>'
-        f"<worldbody>{''.join(bodies)}{more}</worldbody></mujoco>"
+        f"<asset>{asset}</asset><worldbody>{''.join(bodies)}{more}</worldbody></mujoco>"
     )
     return model, mujoco.MjData(model)
 

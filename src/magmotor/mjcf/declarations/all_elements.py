@@ -77,6 +77,6 @@ def _check(checksum: int, offsets: layout.Layout):
         if error[0] < 0 and kinds & IRON:
             check_iron(error, table, m, offsets)
         if error[0] < 0 and kinds & SHAPES:
-            check_shapes(error, table, kinds, m, offsets)
+            check_shapes(error, table, kinds, thorough, m, offsets)
 
     return check_elements

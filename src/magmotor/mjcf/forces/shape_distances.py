@@ -2,7 +2,8 @@
 
 import math
 
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.meshes import MESH
 from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.mjcf.forces.shaped_magnets import (
     KIND,
@@ -12,8 +13,10 @@ from magmotor.mjcf.forces.shaped_magnets import (
     SPREAD,
     dipole_of,
     in_frame,
+    polyhedron_of,
 )
 from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.shapes.polyhedron import reach_along
 
 FAR, FAR_SPREAD = 2.0, 1000.0
 """Two magnets are dipoles for each other from this many radii of both on, if the squared distance
@@ -61,7 +64,7 @@ def order_of_charges(row, other, mirror):
     else:
         nx, ny, nz = x - place[0], y - place[1], z - place[2]
     distance = math.sqrt(nx * nx + ny * ny + nz * nz)
-    gap = distance - _extent(row, x - place[0], y - place[1], z - place[2], distance)
+    gap = distance - _extent(row, place[0] - x, place[1] - y, place[2] - z, distance)
     gap -= _extent(other, nx, ny, nz, distance)
     level = 0
     for k in range(len(CLOSE)):
@@ -78,6 +81,11 @@ def _extent(row, x, y, z, distance):
         return (abs(x) * a + abs(y) * b + abs(z) * c) / distance
     if int(row[KIND]) == CYLINDER:
         return (math.sqrt(x * x + y * y) * a + abs(z) * b) / distance
+    if int(row[KIND]) == CAPSULE:
+        return a + abs(z) * b / distance
+    if int(row[KIND]) == MESH:
+        vertices, faces, center, _ = polyhedron_of(row)
+        return reach_along(vertices, faces, center, x, y, z) / distance
     return math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c) / distance
 
 

@@ -22,7 +22,8 @@ Rounding errors are about 1e-15 |J| at any distance, and up to 1e-12 |J| near th
 
 import math
 
-from magmotor.numerics.deferred import twofold
+from magmotor.numerics.deferred import subroutine, twofold
+from magmotor.numerics.elementary import prefer_wide_vectors
 from magmotor.numerics.rotations import TINY
 from magmotor.numerics.shapes.cylinder import CUTOFF, DOUBLED, STEPS
 
@@ -75,6 +76,16 @@ def capsule_potential(x, y, z, radius, half, jx, jy, jz):
 def capsule_continued_field(x, y, z, radius, half, jx, jy, jz):
     """Compute `capsule_field`, but continue the field outside to the inside, to half the radius."""
     return _field(x, y, z, radius, half, jx, jy, jz, DEEPEST * radius)
+
+
+@subroutine
+def set_continued_capsule_fields(room, count, capsule):
+    """Write these fields to rows 4 to 6, at points in rows 0 to 2; `capsule` is the rest."""
+    prefer_wide_vectors()
+    radius, half, jx, jy, jz = capsule
+    x, y, z, hx, hy, hz = room[0], room[1], room[2], room[4], room[5], room[6]
+    for k in range(count):
+        hx[k], hy[k], hz[k] = capsule_continued_field(x[k], y[k], z[k], radius, half, jx, jy, jz)
 
 
 @twofold(forceinline=True)
