@@ -101,15 +101,12 @@ def magnetized(geom, *polarization, size=()):
 TETRAHEDRON = "0 0 0 1 0 0 0 1 0 0 0 1"
 
 
-def of_mesh(**attributes):
-    """Return a model with a magnet that is a mesh."""
+def hull(**attributes):
+    """Return a magnet that is a mesh, as MJCF between elements of <custom>."""
     mesh = " ".join(f'{name}="{value}"' for name, value in attributes.items())
-    return mujoco.MjModel.from_xml_string(f"""
-    <mujoco>
-      <custom><text name="magmotor" data="all"/></custom>
-      <asset><mesh name="hull" {mesh}/></asset>
-      <worldbody><geom name="hull" type="mesh" mesh="hull" user="0 0 1"/></worldbody>
-    </mujoco>""")
+    geom = '<geom name="hull" type="mesh" mesh="hull" user="0 0 1"/>'
+    assets = f'<asset><mesh name="hull" {mesh}/></asset>'
+    return f"</custom>{assets}<worldbody>{geom}</worldbody><custom>"
 
 
 def changed(name, *numbers):
@@ -145,20 +142,13 @@ DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must b
 DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
     finite
 >>> with_dent = TETRAHEDRON + " .2 .2 .2"
->>> mm.describe(of_mesh(vertex=with_dent, face="0 2 1 0 1 3 0 3 2 1 2 4 2 3 4 3 1 4"))
+>>> mm.describe(model(hull(vertex=with_dent, face="0 2 1 0 1 3 0 3 2 1 2 4 2 3 4 3 1 4")))
 DeclarationError(polyhedron, 0): geom 0 'hull' is a magnet, by its user numbers: its mesh must be
     convex: decompose it into convex ones, a geom each
->>> mm.describe(of_mesh(vertex=TETRAHEDRON, face="0 2 1 0 1 3 0 3 2", inertia="shell"))
+>>> mm.describe(model(hull(vertex=TETRAHEDRON, face="0 2 1 0 1 3 0 3 2", inertia="shell")))
 DeclarationError(polyhedron, 0): geom 0 'hull' is a magnet, by its user numbers: its mesh must be
     closed, and enclose a volume
->>> hull = of_mesh(vertex=TETRAHEDRON)
->>> hull.geom_dataid[0] = 1
->>> mm.describe(hull)
-DeclarationError(index, 0): geom_dataid[0] of the model = 1: must be at least 0 and less than 1
->>> hull.geom_dataid[0], hull.mesh_face[1, 2] = 0, 4
->>> mm.describe(hull)
-DeclarationError(index, 5): mesh_face[5] of the model = 4: must be at least 0 and less than 4
->>> mm.describe(of_mesh(builtin="sphere", params="4"))
+>>> mm.describe(model(hull(builtin="sphere", params="4")))
 DeclarationError(polyhedron, 0): geom 0 'hull' is a magnet, by its user numbers: its mesh must
     have at most 1000 faces: simplify it
 >>> mm.describe(model(iron("geom ball"), of_geom="0 0 1"))

@@ -34,6 +34,10 @@ INFINITE = 1
 NOT_CONVEX, NOT_CLOSED, CROWDED = range(3)
 """Forms of an error `POLYHEDRON`, which its rule is."""
 
+IN_STEP, AT_START, THOROUGH = range(3)
+"""What a search for errors reads: in the first step of a run, at time 0, also the meshes of
+magnets; and if it is thorough, also all nodes of tables of fields."""
+
 WORDS = 5
 """Number of words of an error."""
 

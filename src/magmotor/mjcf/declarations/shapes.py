@@ -59,13 +59,13 @@ def is_magnet(geom, m, offsets):
 
 
 @subroutine(forceinline=True)
-def check_shapes(error, table, kinds, thorough, m, offsets):
+def check_shapes(error, table, kinds, meshes, m, offsets):
     """Find an error in polarizations, or in the shapes and sizes of the geoms that have one.
 
     If these act, no coupling must name the body of such a geom, and no iron the geom itself.
 
     In the units of a model with a magnetic constant, a polarization may be any finite number.
-    Whether meshes are convex takes long, so that it is checked only if `thorough`.
+    Whether meshes are convex takes long, so that it is checked only if `meshes`.
     """
     largest = LARGEST if header(table).constant < 0 else math.inf
     for row in shapes(table):
@@ -77,7 +77,7 @@ def check_shapes(error, table, kinds, thorough, m, offsets):
         if not (square <= largest * largest and square < math.inf):
             set_error(error, POLARIZATION, geom)
         else:
-            _check_shape(error, geom, thorough, m, offsets)
+            _check_shape(error, geom, meshes, m, offsets)
         for pair in couplings(table)[: memory.UNBOUNDED if kinds & COUPLINGS else 0]:
             if error[0] < 0 and row.body in (pair.body, pair.other):
                 set_error(error, COUPLED_MAGNET, geom, pair.tuple)
@@ -87,13 +87,13 @@ def check_shapes(error, table, kinds, thorough, m, offsets):
 
 
 @subroutine
-def _check_shape(error, geom, thorough, m, offsets):
+def _check_shape(error, geom, meshes, m, offsets):
     """Find an error in the type, the size or the mesh of a magnet."""
     kind = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)[geom]
     size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     used = 1 if kind == SPHERE else (2 if kind in (CAPSULE, CYLINDER) else 3)
     if kind == MESH:
-        rule = broken_rule(geom, thorough, m, offsets)
+        rule = broken_rule(geom, meshes, m, offsets)
         if rule >= 0:
             set_error(error, POLYHEDRON, geom, -1, rule)
     elif not SPHERE <= kind <= BOX:
