@@ -4,6 +4,7 @@ The judge integrates magpylib's field over the charges of one magnet with many p
 """
 
 import re
+from typing import Any
 
 import magpylib
 import mujoco
@@ -38,7 +39,7 @@ class Shape:
         pos, quat = (" ".join(map(repr, row.tolist())) for row in (self.position, quat))
         return f'<body pos="{pos}" quat="{quat}">{inside}{self.geom()}</body>'
 
-    def source(self):
+    def source(self) -> Any:
         """Return the same as magpylib's."""
         given = {
             "polarization": self.polarization, "position": self.position,
