@@ -152,7 +152,7 @@ def test_cylinders_are_accurate_near_their_rims(distance):
 
 
 @pytest.mark.parametrize("where", ["near", "inside", "axis", "center"])
-@pytest.mark.parametrize("half", [1e-3, 0.7, 10.0])
+@pytest.mark.parametrize("half", [1e-3, 0.7, 3.0])
 def test_capsules_are_their_surface_charges(half, where):
     """Points and weights on the caps and on the side, farther from the point than their spacing."""
     body = shape("capsule", (1.0, half))
@@ -173,13 +173,13 @@ def test_capsules_are_their_surface_charges(half, where):
         areas.append(np.broadcast_to(weights * half / pieces, z.shape))
     places, normals = np.concatenate(places), np.concatenate(normals)
     charges = normals @ J * np.concatenate(areas) / 480
-    points = points_of("near" if where == "center" else where, body.extent, 60)
+    points = points_of("near" if where == "center" else where, body.extent, 30)
     if where == "center":
         points = np.array([0, 0, half]) + 0.06 * points / body.extent
         points[0] = [0, 0, half]
     beyond = np.maximum(np.abs(points[:, 2]) - half, 0)
     points = points[np.abs(np.hypot(np.hypot(*points.T[:2]), beyond) - 1) > 0.15]
-    assert len(points) > 20
+    assert len(points) > 10
     for point in points:
         away = point - places
         r = np.sqrt((away**2).sum(-1))
