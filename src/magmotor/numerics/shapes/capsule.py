@@ -6,7 +6,7 @@ the potential of the cap, and of charges and dipoles on the plane. Their density
 the rim, and outside falls off as the field of a dipole: inversion in the sphere, r -> (R/s)^2 r at
 the distance s from its center, turns this into the same linear density within the rim. With the
 height h above the plane, the solid angles W of the rim's disk at the point and W' at the inverse
-point, the potential P of the rim as a ring of the charge 1 per length, and -R r Q the radial
+point, the potential P of the rim as a ring of the charge 1 per length, and -r Q the radial
 derivative of the potential of the charged disk, the plane has
 
     phi_z = (2 R P - r^2 (1 + (R/s)^2) Q - h (W + (R/s)^3 W'))/(12 pi),
@@ -184,7 +184,7 @@ def _end(h, r, radius):
         p += ratio
         v += turned
         mean += root
-    disk = radius / (4.0 * m * mean * mean) * (b + a * mean)  # R Q/(4 pi)
+    disk = radius / (4.0 * m * mean * mean) * (b + a * mean)  # Q/(4 pi)
     ring = 0.5 * DOUBLED * radius * radius / (m * mean)  # R P/(4 pi)
     scale = 0.5 * radius / (m * mean * (mean + p))
     half_turn = math.copysign(0.5, h)
@@ -211,8 +211,8 @@ def _end(h, r, radius):
 def _near_center(h, r):
     """Return what the plane of a cap of radius 1 has near its center, as `_end` without the side.
 
-    The first four numbers of a loop are s^l P_l and its derivative by h over s^(l-1), for l and
-    l - 1. The sphere, which is not of the plane, is subtracted above that.
+    The solid harmonics `power` are s^l P_l(h/s), and `derivative` are s^(l-1) P_l'(h/s); `last` is
+    for l - 1. The sphere, which is not of the plane, is subtracted above that.
     """
     square = h * h + r * r
     power, derivative, last, last_derivative = h, 1.0, 1.0, 0.0
