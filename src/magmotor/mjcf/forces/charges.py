@@ -7,8 +7,10 @@ whatever the quadrature.
 
 import numpy as np
 
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.meshes import MESH, MOST_FACES
 from magmotor.mjcf.forces.disk_points import DISK_STARTS, DISK_WEIGHTS, DISK_X, DISK_Y
+from magmotor.mjcf.forces.mesh_charges import set_mesh_charges
 from magmotor.mjcf.forces.shaped_magnets import FRAME, KIND, LENGTHS, POLARIZATION, POSITION
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -17,9 +19,10 @@ from magmotor.numerics.elementary import cosine, sine
 ORDERS = (2, 3, 4, 6, 8)
 """Numbers of Gauss points along an edge, the side of a cylinder, or from pole to pole."""
 
-MOST, PLACES, ROWS = 6 * ORDERS[-1] ** 2, 7, 10
-"""Largest number of charges; rows for them: points x y z, charges, the fields there, and from
-`PLACES` on other places; and how many rows there are."""
+MOST, PLACES, ROWS = MOST_FACES, 9, 12
+"""Largest number of charges, a multiple of eight; rows for them: points x y z, charges, the fields
+there, two for the field of a mesh, and from `PLACES` on other places; and how many rows there
+are."""
 
 _HALVES = (
     (0.5773502691896257, 0.5),
@@ -62,6 +65,10 @@ def set_charges(room, row, level):
     """
     x, w = gauss_rule(level)
     kind = int(row[KIND])
+    if kind == MESH:
+        return set_mesh_charges(room, row, level, ORDERS, _POINTS, _WEIGHTS)
+    if kind == CAPSULE:
+        return _capsule(room, row, x, w)
     if kind == BOX:
         return _box(room, row, x, w)
     return _cylinder(room, row, level, x, w) if kind == CYLINDER else _ellipsoid(room, row, x, w)
@@ -160,6 +167,30 @@ def _disks(room, row, first, end):
     for k in range(count):
         upper[k], lower[k] = total * weights[k], -total * weights[k]
     return 2 * count
+
+
+def _capsule(room, row, x, w):
+    """Write the charges of the caps and of the side of a capsule."""
+    radius, half = row[LENGTHS], row[LENGTHS + 1]
+    jx, jy, jz = row[POLARIZATION], row[POLARIZATION + 1], row[POLARIZATION + 2]
+    count, corners = 0, 2 * len(x)
+    cap, side = 2.0 * np.pi * radius * radius / corners, 4.0 * np.pi * radius * half / corners
+    for k in range(corners):
+        turns = (k + 0.5) / corners
+        nx, ny = cosine(turns), sine(turns)
+        across = jx * nx + jy * ny
+        for i in range(len(x)):
+            if across != 0.0:
+                u, v, charge = radius * nx, radius * ny, side * w[i] * across
+                count = _put(room, count, row, u, v, half * x[i], charge)
+            nz = 0.5 + 0.5 * x[i]
+            level = (1.0 - nz * nz) ** 0.5
+            u, v, height = radius * level * nx, radius * level * ny, half + radius * nz
+            charge = cap * w[i] * (level * across + nz * jz)
+            count = _put(room, count, row, u, v, height, charge)
+            charge = cap * w[i] * (level * across - nz * jz)
+            count = _put(room, count, row, u, v, -height, charge)
+    return count
 
 
 @subroutine

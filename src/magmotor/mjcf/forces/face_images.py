@@ -22,9 +22,8 @@ from magmotor.mjcf.forces.iron_pieces import (
     RESOLVED,
     SUSCEPTIBILITY,
 )
-from magmotor.mjcf.forces.shape_distances import order_of_charges, support
+from magmotor.mjcf.forces.shape_distances import order_of_charges, support, thickness_of
 from magmotor.mjcf.forces.shape_fields import set_continued_fields, set_continued_potentials
-from magmotor.mjcf.forces.shaped_magnets import LENGTHS as LENGTHS_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import POSITION as POSITION_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import RADIUS, in_frame, in_world
 from magmotor.numerics.deferred import subroutine
@@ -90,9 +89,7 @@ def _lift_along(piece, shape, place, axis):
     nx, ny, nz = _normal(piece, axis, place)
     dx, dy, dz = support(shape, -nx, -ny, -nz)
     extent = -(nx * dx + ny * dy + nz * dz)
-    p = LENGTHS_OF_SHAPE
-    thickness = 2.0 * min(shape[p], shape[p + 1], shape[p + 2])
-    return lift(piece, axis, place, extent, shape[RADIUS], thickness)
+    return lift(piece, axis, place, extent, shape[RADIUS], thickness_of(shape))
 
 
 @subroutine

@@ -3,7 +3,8 @@
 import math
 
 from magmotor.dipoles import inner
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.meshes import MESH
 from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.mjcf.forces.shaped_magnets import (
     KIND,
@@ -14,9 +15,11 @@ from magmotor.mjcf.forces.shaped_magnets import (
     dipole_of,
     in_frame,
     in_world,
+    polyhedron_of,
 )
 from magmotor.numerics.constants import COUNT
 from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.shapes.polyhedron import reach_along
 from magmotor.numerics.simd import broadcast, lane_numbers, load, minimum, where_less
 
 FAR, FAR_SPREAD = 2.0, 1000.0
@@ -65,7 +68,7 @@ def order_of_charges(row, other, mirror):
     else:
         nx, ny, nz = x - place[0], y - place[1], z - place[2]
     distance = math.sqrt(nx * nx + ny * ny + nz * nz)
-    gap = distance - _extent(row, x - place[0], y - place[1], z - place[2], distance)
+    gap = distance - _extent(row, place[0] - x, place[1] - y, place[2] - z, distance)
     gap -= _extent(other, nx, ny, nz, distance)
     return level_of_gap(gap, row[RADIUS])
 
@@ -88,6 +91,11 @@ def _extent(row, x, y, z, distance):
         return (abs(x) * a + abs(y) * b + abs(z) * c) / distance
     if int(row[KIND]) == CYLINDER:
         return (math.sqrt(x * x + y * y) * a + abs(z) * b) / distance
+    if int(row[KIND]) == CAPSULE:
+        return a + abs(z) * b / distance
+    if int(row[KIND]) == MESH:
+        vertices, faces, center, _ = polyhedron_of(row)
+        return reach_along(vertices, faces, center, x, y, z) / distance
     return math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c) / distance
 
 
@@ -102,8 +110,31 @@ def support(row, x, y, z):
         across = math.sqrt(x * x + y * y)
         scale = a / across if across > 1e-9 else 0.0  # a cylinder that lies flat touches evenly
         return in_world(row, scale * x, scale * y, math.copysign(b, z))
+    if int(row[KIND]) == CAPSULE:
+        scale = a / math.sqrt(x * x + y * y + z * z)
+        return in_world(row, scale * x, scale * y, scale * z + math.copysign(b, z))
+    if int(row[KIND]) == MESH:
+        vertices, _, center, _ = polyhedron_of(row)
+        farthest, best = -math.inf, 0
+        for k in range(len(vertices)):
+            reach = vertices[k, 0] * x + vertices[k, 1] * y + vertices[k, 2] * z
+            if reach > farthest:
+                farthest, best = reach, k
+        v = vertices[best]
+        return in_world(row, v[0] - center[0], v[1] - center[1], v[2] - center[2])
     scale = 1.0 / math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c)
     return in_world(row, scale * a * a * x, scale * b * b * y, scale * c * c * z)
+
+
+@subroutine
+def thickness_of(row):
+    """Return the least width of a magnet, or an estimate of a mesh's."""
+    a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
+    if int(row[KIND]) == MESH:
+        return row[RADIUS]
+    if int(row[KIND]) in (CAPSULE, CYLINDER):
+        return 2.0 * (min(a, b) if int(row[KIND]) == CYLINDER else a)
+    return 2.0 * min(a, b, c)
 
 
 @subroutine
