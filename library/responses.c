@@ -7,7 +7,7 @@
 
 extern void *magmotor_cell_magmotor_responses_address;
 
-enum { KEY = 1, NUMBERS = 6 };
+enum { KEY = 1, NUMBERS = RESPONSE_NUMBERS };
 
 static int64_t *head_of(const int64_t *key) {
   uint64_t number = 0;

@@ -22,8 +22,13 @@ from magmotor.mjcf.forces.iron_pieces import (
     RESOLVED,
     SUSCEPTIBILITY,
 )
+from magmotor.mjcf.forces.mirror import mirrored, reflected
 from magmotor.mjcf.forces.shape_distances import order_of_charges, support, thickness_of
-from magmotor.mjcf.forces.shape_fields import set_continued_fields, set_continued_potentials
+from magmotor.mjcf.forces.shape_fields import (
+    dipole_at_dipole,
+    set_continued_fields,
+    set_continued_potentials,
+)
 from magmotor.mjcf.forces.shaped_magnets import POSITION as POSITION_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import RADIUS, in_frame, in_world
 from magmotor.numerics.deferred import subroutine
@@ -206,6 +211,100 @@ def image_energy(piece, shape, room):
             energy += _energy_of_image(piece, shape, place, axis, (0.0, 0.0, 0.0), room)
             energy -= _energy_of_image(piece, shape, place, axis, lifted, room)
     return energy
+
+
+@subroutine
+def lift_of_dipole(piece, target):
+    """Return how far a dipole is lifted for the nodes of a piece, along the axes of the piece."""
+    place = place_on_piece(piece, target[0], target[1], target[2])
+    one = _lift_of_dipole(piece, place, 0)[0]
+    two = _lift_of_dipole(piece, place, 1)[0]
+    return one, two, _lift_of_dipole(piece, place, 2)[0]
+
+
+@subroutine
+def _lift_of_dipole(piece, place, axis):
+    """Return the lift of a dipole along an axis, and its derivatives."""
+    size = max(piece[RESOLVED + axis], 1e-12)
+    return lift(piece, axis, place, 0.0, size, size)
+
+
+@subroutine
+def _dipole_and_image(piece, target, axis, lifted):
+    """Return the force, torque and energy of a dipole in its image, and the weight of that.
+
+    The force and the torque are those at a weight of 1, along the axes of the piece. The weight has
+    two derivatives, by the places along the two next axes.
+    """
+    x, y, z = place_on_piece(piece, target[0], target[1], target[2])
+    mx, my, mz = to_piece(piece, target[3], target[4], target[5])
+    x, y, z = x + lifted[0], y + lifted[1], z + lifted[2]
+    place = x, y, z
+    side = math.copysign(1.0, place[axis])
+    nx, ny = (side if axis == 0 else 0.0), (side if axis == 1 else 0.0)
+    nz = side if axis == 2 else 0.0
+    chi = piece[SUSCEPTIBILITY]
+    mirror = chi / (chi + 2.0), nx, ny, nz, piece[LENGTHS + axis]
+    source = x, y, z, mx, my, mz
+    found = dipole_at_dipole(mirrored(mirror, source), source)
+    force = reflected(mirror, found[0], found[1], found[2])
+    torque = reflected(mirror, found[3], found[4], found[5])
+    k = mirror[0]
+    weight = window(piece, axis, place, 0.5, EDGE * piece[RESOLVED + axis])
+    return (
+        -k * force[0], -k * force[1], -k * force[2], k * torque[0], k * torque[1], k * torque[2],
+        -0.5 * k * found[6], weight[0], weight[1], weight[2],
+    )  # fmt: skip
+
+
+@subroutine
+def dipole_image_energy(piece, target):
+    """Return the energy by which images in faces differ from nodes, for a dipole near a piece."""
+    lifted, energy = lift_of_dipole(piece, target), 0.0
+    for axis in range(3):
+        if lifted[axis] != 0.0:
+            a = _dipole_and_image(piece, target, axis, (0.0, 0.0, 0.0))
+            b = _dipole_and_image(piece, target, axis, lifted)
+            energy += a[6] * a[7] - b[6] * b[7]
+    return energy
+
+
+@subroutine
+def with_images_of_dipole(piece, target, wrench):
+    """Return the wrench on a piece from a dipole, given that on its nodes from the lifted dipole.
+
+    Torques are about the dipole, and the reaction on it is opposite.
+    """
+    lifted = lift_of_dipole(piece, target)
+    place = place_on_piece(piece, target[0], target[1], target[2])
+    gx, gy, gz = to_piece(piece, -wrench[0], -wrench[1], -wrench[2])
+    fx, fy, fz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for axis in range(3):
+        for sign in range(2 if lifted[axis] != 0.0 else 0):
+            shift = lifted if sign == 1 else (0.0, 0.0, 0.0)
+            a = _dipole_and_image(piece, target, axis, shift)
+            factor = 1.0 - 2.0 * sign
+            weight, u, v = factor * a[7], -factor * a[6] * a[8], -factor * a[6] * a[9]
+            x = weight * a[0] + _component(axis, 0, 0.0, u, v)
+            y = weight * a[1] + _component(axis, 1, 0.0, u, v)
+            z = weight * a[2] + _component(axis, 2, 0.0, u, v)
+            fx, fy, fz = fx + x, fy + y, fz + z
+            tx, ty, tz = tx + weight * a[3], ty + weight * a[4], tz + weight * a[5]
+            if sign == 1:
+                gx, gy, gz = gx + x, gy + y, gz + z
+    for axis in range(3):
+        if lifted[axis] != 0.0:
+            push = gx if axis == 0 else (gy if axis == 1 else gz)
+            _, by_height, by_one, by_two = _lift_of_dipole(piece, place, axis)
+            along, u, v = push * by_height, push * by_one, push * by_two
+            fx += _component(axis, 0, along, u, v)
+            fy += _component(axis, 1, along, u, v)
+            fz += _component(axis, 2, along, u, v)
+    force, torque = to_world(piece, fx, fy, fz), to_world(piece, tx, ty, tz)
+    return (
+        wrench[0] - force[0], wrench[1] - force[1], wrench[2] - force[2],
+        wrench[3] - torque[0], wrench[4] - torque[1], wrench[5] - torque[2],
+    )  # fmt: skip
 
 
 @subroutine

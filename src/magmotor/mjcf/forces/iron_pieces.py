@@ -23,13 +23,14 @@ RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES = 16, 17, 18, 19, 20, 21, 22
 """Further columns: the address of its response; its first node and how many there are; the radius
 of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that."""
 
-KIND, LENGTHS, RESOLVED, COLUMNS = 23, 24, 27, 30
+KIND, LENGTHS, RESOLVED, ENERGY, COLUMNS = 23, 24, 27, 30, 31
 """Further columns: the type of the geom; half of its lengths along its axes; the heights above its
-flat faces that the nodes resolve, or 0 where it has none; and how many columns there are."""
+flat faces that the nodes resolve, or 0 where it has none; its energy in J in the potential of
+everything else; and how many columns there are."""
 
-PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, ROWS = 0, 3, 4, 5, 6, 7
+PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, ROWS = 0, 3, 4, 5, 6, 7, 8
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
-charges in T m^2; and a row for their change.
+charges in T m^2; a row for their change; and one for the modes of a saturating material.
 
 Potentials and charges are divided by the scale of moments, as polarizations are."""
 
@@ -38,7 +39,7 @@ Potentials and charges are divided by the scale of moments, as polarizations are
 def count_nodes(table, m, offsets):
     """Return the numbers of columns for all nodes, and for those of the largest piece.
 
-    They are -1 if a response could not be computed. Responses are computed where they are not known.
+    They are -1 if a response is not known and could not be computed.
     """
     total = largest = 0
     for piece in pieces(table):
@@ -84,7 +85,8 @@ def read_pieces(rows, nodes, scale, table, m, d, offsets):
         words = memory.words(address, responses.START)
         numbers = memory.numbers(address, 1, responses.START)[0]
         row[GEOM], row[SUSCEPTIBILITY], row[EXTENT] = geom, material[0], extent[geom]
-        row[SATURATION] = scale * material[1] if len(material) > 1 else 0.0
+        saturates = len(material) > 1 and material[0] > 0.0
+        row[SATURATION] = scale * material[1] if saturates else 0.0
         copy(row[POSITION:FRAME], position[geom])
         copy(row[FRAME:EXTENT], frame[geom])
         row[RESPONSE], row[FIRST], row[COUNT] = address, first, words[responses.COUNT]
@@ -116,7 +118,7 @@ def _place(nodes, row, padded):
 
 @subroutine
 def response_rows(row, padded):
-    """Return the rows of a response: x y z of nodes, their area vectors, and the matrix."""
+    """Return the rows of a response: x y z of nodes, the slopes of modes, and the matrix."""
     rows = responses.ROWS + int(row[COUNT])
     return memory.numbers(int(row[RESPONSE]) + 8 * responses.START, rows, padded)
 

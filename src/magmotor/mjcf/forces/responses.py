@@ -15,17 +15,18 @@ from magmotor.numerics import c_types as types
 from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin.c_callbacks import interrupted, returning
 
-NUMBERS = 6
-"""Numbers on which a response depends: type and three sizes of a geom, the susceptibility, and the
-largest distance between nodes in m, or 0 for an automatic one."""
+NUMBERS = 7
+"""Numbers on which a response depends: type and three sizes of a geom, the susceptibility, the
+largest distance between nodes in m, or 0 for an automatic one, and whether the material saturates.
+"""
 
-KEY, COUNT, PADDED, RADIUS, VOLUME, FACTORS, RESOLVED, START = 1, 7, 8, 9, 10, 11, 14, 17
+KEY, COUNT, PADDED, RADIUS, VOLUME, RESOLVED, START = 1, 8, 9, 10, 11, 12, 15
 """Words of a response, after the address of the next one: the numbers above; how many nodes there
 are, and that number padded to whole eights; the radius of the balls of charge at nodes; the volume;
-the demagnetizing factors; the heights above flat faces that nodes resolve, or 0; and where the rows
-x, y, z of the nodes and of their area vectors start, which the matrix follows."""
+the heights above flat faces that nodes resolve, or 0; and where the rows x, y, z of the nodes and
+the slopes of modes start, which the matrix follows, or the modes if the material saturates."""
 
-ROWS = 6
+ROWS = 4
 """Number of rows before the matrix."""
 
 BITS = 8
@@ -61,6 +62,7 @@ def response_of(geom, material, m, offsets):
     for k in range(3):
         key[1 + k] = size[geom, k]
     key[5] = material[2] if len(material) > 2 else 0.0
+    key[6] = 1.0 if len(material) > 1 and material[0] > 0.0 and material[1] > 0.0 else 0.0
     number, bits = np.uint64(0), memory.words(place, NUMBERS)
     for k in range(NUMBERS):
         number = (number + np.uint64(bits[k])) * memory.MULTIPLIER
@@ -104,10 +106,10 @@ def _block(key: tuple[float, ...], response: Any) -> Any:
     numbers[KEY:COUNT] = key
     words[COUNT], words[PADDED] = count, padded
     numbers[RADIUS], numbers[VOLUME] = response.radius, response.volume
-    numbers[FACTORS:RESOLVED], numbers[RESOLVED:START] = response.factors, response.resolved
+    numbers[RESOLVED:START] = response.resolved
     rows = numbers[START:].reshape(ROWS + count, padded)
-    rows[:3, :count], rows[3:ROWS, :count] = response.points.T, response.areas.T
-    rows[ROWS:, :count] = response.matrix
+    rows[:3, :count], rows[3, :count] = response.points.T, response.slopes
+    rows[ROWS:, :count] = response.modes if key[6] else response.matrix
     return words
 
 
