@@ -18,7 +18,7 @@ STEP = 1e-30
 
 @dataclass
 class Piece:
-    """A piece of iron: nodes, their response, the radius of balls of charge, and a bounding sphere."""
+    """A piece of iron: nodes, their response, the radius of balls of charge, and its extent."""
 
     points: np.ndarray
     matrix: np.ndarray
@@ -84,7 +84,7 @@ def energy(bodies, mirror=None):
 
 
 def energy_of_iron(bodies, dipoles, mirror):
-    """The energy at which the charges of iron make it stationary: half of theirs in outer fields."""
+    """The energy of the charges that make it stationary: half of theirs in the outer fields."""
     pieces = [piece for body in bodies for piece in body.iron]
     if not pieces:
         return 0.0

@@ -82,42 +82,22 @@ def plunger(height, length, chi=CHI, end=0.12):
     return spec.compile()
 
 
-@pytest.mark.parametrize(("length", "findings", "unfound", "largest"), [
-    (0.005, 0, 0.08, 0.08), (0.01, 0, 0.26, 0.26), (0.02, 7, 0.39, 0.64), (0.03, 9, 0.30, 0.88),
-    (0.06, 12, 0.0, 8.9), (0.08, 12, 0.0, 55),
-])  # fmt: skip
-def test_iron_over_which_a_field_is_far_from_linear(length, findings, unfound, largest):
-    """The force on weak iron is the difference of chi A B^2/(2 mu0) at its ends.
-
-    The last two numbers are errors over the force, where `check` finds nothing and anywhere.
-    """
+@pytest.mark.parametrize("length", [0.005, 0.01, 0.02, 0.03, 0.06, 0.08])
+def test_iron_along_which_a_field_is_far_from_linear(length):
+    """The force on weak iron is the difference of chi A B^2/(2 mu0) at its ends."""
     area, mu0 = np.pi * RADIUS**2, 4e-7 * np.pi
     heights = np.linspace(0, 0.06, 13)
     ends = [on_axis(heights + sign * length / 2) ** 2 for sign in (1, -1)]
     truth = CHI * area / (2 * mu0) * (ends[0] - ends[1])
-    found, forces = [], []
+    forces = []
     for height in heights:
         model = plunger(height, length)
         data = mujoco.MjData(model)
         with mm.magnetism():
             mujoco.mj_forward(model, data)
         forces.append(data.xfrc_applied[1, 2])
-        found.append(any("far from linear" in line for line in mm.check(model).findings))
     errors = abs(forces - truth) / np.maximum(abs(truth), 0.05 * abs(truth).max())
-    assert sum(found) == findings
-    assert errors[~np.array(found)].max(initial=0) == pytest.approx(unfound, abs=0.02)
-    assert errors.max() == pytest.approx(largest, rel=0.02, abs=0.01)
-
-
-def test_a_row_of_spheres_is_no_advice_for_strong_iron():
-    weak, strong = (mm.check(plunger(0.02, 0.06, chi)).findings[0] for chi in (0.9, 1.1))
-    assert weak == f"{strong}; a row of spheres follows the field"
-
-
-def test_iron_that_reaches_beyond_a_table_is_named():
-    assert mm.check(plunger(0.0, 0.005, end=0.04)).findings == ()
-    (found,) = mm.check(plunger(0.038, 0.005, end=0.04)).findings
-    assert found.startswith("geom 'plunger' of iron reaches beyond the table of an applied field")
+    assert errors.max() < 0.05
 
 
 def test_a_driven_field_counts_at_its_largest_drive():
@@ -152,7 +132,6 @@ def test_a_field_does_not_act_on_iron_of_its_own_body():
     text = OWN_IRON.format(CHI, 0.02, RADIUS, 0.03).replace("NODES", table())
     others = mujoco.MjModel.from_xml_string(text)
     assert mm.describe(others).acting == ("fields", "iron")
-    assert "geom 'plunger' of iron feels an applied field" in mm.check(others).findings[0]
     own = mujoco.MjModel.from_xml_string(text.replace('objname="mount"', 'objname="other"'))
     description = mm.describe(own)
     assert description.acting == ()

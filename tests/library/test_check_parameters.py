@@ -187,21 +187,6 @@ def test_the_largest_drive_of_a_coil(kind, actuator, flag, drive):
     )
 
 
-def test_a_rod_of_iron_is_magnetized_along_its_axis():
-    """Against the closed form of a prolate spheroid, whose demagnetizing factor is the least."""
-    iron = """<numeric name="steel" data="1000"/><tuple name="iron">
-    <element objtype="numeric" objname="steel"/><element objtype="geom" objname="rod"/></tuple>"""
-    rod = '<body pos="0 0 .1"><freejoint/><geom name="rod" type="ellipsoid" size=".001 .001 .004"/>'
-    _, found = meeting(load(ball("a", "0 0 0") + rod + "</body>", custom=iron))
-    aspect, distance = 4.0, RADIUS + 0.001
-    root = np.sqrt(aspect**2 - 1)
-    factor = (aspect / root * np.log(aspect + root) - 1) / root**2
-    volume, field = 4 / 3 * np.pi * 0.001**2 * 0.004, MU0 * MOMENT / (2 * np.pi * distance**3)
-    induced = volume * 1000 / (1 + 1000 * factor) * field / MU0
-    force = 3 * MU0 * MOMENT * induced / (2 * np.pi * distance**4)
-    assert found.approach.force == pytest.approx(force, rel=3e-13)
-
-
 def test_the_frequency_of_two_needles_that_touch():
     """Head to tail, the stiffness against opposite turns is 3 mu0 m^2/(4 pi d^3)."""
     model = load(ball("a", "0 0 0") + ball("b", "0 0 .03"))

@@ -106,8 +106,8 @@ def test_iron_of_a_magnet_is_attracted_too():
     force = -data.xfrc_applied[model.body("magnet").id, 2]
     _, alone = meeting(load(shape="cylinder", points=points))
     assert force > 1.01 * alone.approach.force
-    # The image of the iron magnetizes it, too, but hardly.
-    assert found.approach.force == pytest.approx(force, rel=3e-4)  # 1.4e-5
+    # What `check` says takes the ball for a dipole.
+    assert found.approach.force == pytest.approx(force, rel=0.1)
 
 
 def test_the_frequency_above_a_plane():

@@ -102,12 +102,6 @@ def test_a_chassis_without_wheels_is_found():
     assert found.timestep < 1.5e-3  # 1.2e-3
 
 
-def test_a_wall_of_boxes_is_wide_and_no_force_is_said():
-    (finding,) = mm.check(robot(wall=SLAB)).findings
-    assert finding.startswith("geom 'wall' of iron extends beyond")
-    assert "too strong or too weak" in finding
-
-
 # What counts --------------------------------------------------------------------------------------
 
 CART = '<body name="cart" pos="0 0 .1"><freejoint/><geom size=".005"/><site user=".01"/>{}</body>'

@@ -8,8 +8,6 @@ import pytest
 from iron_models import free, iron
 from scipy.special import comb
 
-import magmotor as mm
-
 MU0, ORDERS = 4e-7 * math.pi, 150
 PAGE = Path(__file__).parents[2] / "docs" / "fields_coils_iron.md"
 
@@ -59,17 +57,17 @@ def rows():
 
 
 def ratio(name, distance, chi):
-    """The true force over the model's."""
+    """The model's force over the true one."""
     ball, place = free('size="0.01"'), f"0 0 {0.01 * distance}"
     if name.startswith("two"):
         bodies = ball + free('size="0.01"', place, "other")
         across = name.endswith("across the field")
         field = "0.02 0 0" if across else "0 0 0.02"
         _, data = iron(bodies, field, f"{chi}", "piece other")
-        return force_of_two(distance, 0.01, 0.02, chi, across) / data.xfrc_applied[2, 2]
+        return data.xfrc_applied[2, 2] / force_of_two(distance, 0.01, 0.02, chi, across)
     magnet = f'<body pos="{place}"><freejoint/><geom size="0.001"/><site user="2"/></body>'
     _, data = iron(ball + magnet, "0 0 0", f"{chi}")
-    return force_on_dipole(distance, 0.01, 2, chi) / data.xfrc_applied[2, 2]
+    return data.xfrc_applied[2, 2] / force_on_dipole(distance, 0.01, 2, chi)
 
 
 @pytest.mark.parametrize("name", rows()[1])
@@ -81,36 +79,14 @@ def test_the_table_of_forces(name):
         else:
             found = ratio(name, distance, 1e14)
             assert cell == f"{found:.2f}"
-            assert abs(ratio(name, distance, 1e3) / found - 1) < 0.005  # 0.0045
+            assert abs(ratio(name, distance, 1e3) / found - 1) < 0.02  # 0.011
 
 
-def test_the_first_terms_of_the_series_are_the_model():
-    for name in rows()[1]:
-        assert ratio(name, 30.0, 4.0) == pytest.approx(1, rel=0.01)  # 0.0036, falls as 1/d^2
-        assert ratio(name, 300.0, 4.0) == pytest.approx(1, rel=1e-4)  # 3.6e-5
-
-
-@pytest.mark.parametrize(
-    ("distance", "chi", "ratio", "found"),
-    [(2.002, 1000, 1.335, True), (2.04, 1000, 1.150, True), (2.06, 1000, 1.120, False),
-     (2.002, 0.9, 1.005, False)],
-)  # fmt: skip
-def test_spheres_of_one_body_that_touch_are_magnetized_too_weakly(distance, chi, ratio, found):
-    """The true moment of each in a field along their line, over the model's."""
-    second = f'<geom name="other" size="0.01" pos="0 0 {0.01 * distance}"/>'
-    body = f'<body><freejoint/><geom name="piece" size="0.01"/>{second}</body>'
-    model, data = iron(body, "0 0 0.02", f"{chi}", "piece other")
-    truth = -4 * math.pi * 0.01**3 * moment_of_two(distance, chi, False) * 0.02**2 / MU0
-    assert truth / mm.magnetic_energy(model, data) == pytest.approx(ratio, rel=0.001)
-    said = "geom 'piece' and 1 other piece of iron of its rigid body touch, and magnetize each"
-    assert [each.startswith(f"{said} other too weakly") for each in mm.check(model).findings] == [
-        True
-    ] * found
-
-
-def test_a_small_sphere_beside_a_large_one_changes_little():
-    """A hundredth as wide, it has a millionth of the moment."""
-    small = '<geom name="other" size="0.0001" pos="0 0 0.0101"/>'
-    model, _ = iron(f'<body><freejoint/><geom name="piece" size="0.01"/>{small}</body>',
-                    "0 0 0.02", "1000", "piece other")  # fmt: skip
-    assert mm.check(model).findings == ()
+@pytest.mark.parametrize(("spacing", "bound"), [(0.0, 0.3), (0.0015, 0.02)])
+def test_more_nodes_resolve_a_narrower_gap(spacing, bound):
+    """Two spheres at 2.1 radii: 0.77 with the automatic distance of nodes, then 0.999."""
+    ball = free('size="0.01"')
+    bodies = ball + free('size="0.01"', "0 0 0.021", "other")
+    _, data = iron(bodies, "0 0 0.02", f"1e14 0 {spacing}", "piece other")
+    truth = force_of_two(2.1, 0.01, 0.02, 1e14, False)
+    assert data.xfrc_applied[2, 2] == pytest.approx(truth, rel=bound)

@@ -209,7 +209,7 @@ def test_separation_of_variables_is_right():
         matrix -= matrix.mean(axis=0)
         matrix -= matrix.mean(axis=1)[:, None]
     assert np.abs(found - other).max() < 5e-12 * np.abs(found).max()  # 2.4e-13
-    panels, vectors = meshes.panels(cells)
+    panels, _ = meshes.panels(cells)
     middle = panels.mean(axis=1)
     flux = np.abs(meshes.area_vectors(panels)[:, 2]) * np.sign(middle[:, 2])
     assert np.abs(found @ flux - middle[:, 2]).max() < 1e-13  # 6e-15

@@ -16,10 +16,10 @@ import math
 from magmotor.mjcf.forces.charges import PLACES, set_charges
 from magmotor.mjcf.forces.faces import EDGE, lift, window
 from magmotor.mjcf.forces.iron_pieces import (
+    DISTANCES,
     FRAME,
     LENGTHS,
     POSITION,
-    RESOLVED,
     SUSCEPTIBILITY,
 )
 from magmotor.mjcf.forces.mirror import mirrored, reflected
@@ -130,7 +130,7 @@ def _weight(piece, axis, lifted, room, k):
         room[PLACES, k] + lifted[0], room[PLACES + 1, k] + lifted[1],
         room[PLACES + 2, k] + lifted[2],
     )  # fmt: skip
-    return window(piece, axis, place, 0.5, EDGE * piece[RESOLVED + axis])
+    return window(piece, axis, place, 0.5, EDGE * piece[DISTANCES + axis])
 
 
 @subroutine
@@ -225,8 +225,7 @@ def lift_of_dipole(piece, target):
 @subroutine
 def _lift_of_dipole(piece, place, axis):
     """Return the lift of a dipole along an axis, and its derivatives."""
-    size = max(piece[RESOLVED + axis], 1e-12)
-    return lift(piece, axis, place, 0.0, size, size)
+    return lift(piece, axis, place, 0.0, 0.0, 0.0)
 
 
 @subroutine
@@ -250,7 +249,7 @@ def _dipole_and_image(piece, target, axis, lifted):
     force = reflected(mirror, found[0], found[1], found[2])
     torque = reflected(mirror, found[3], found[4], found[5])
     k = mirror[0]
-    weight = window(piece, axis, place, 0.5, EDGE * piece[RESOLVED + axis])
+    weight = window(piece, axis, place, 0.5, EDGE * piece[DISTANCES + axis])
     return (
         -k * force[0], -k * force[1], -k * force[2], k * torque[0], k * torque[1], k * torque[2],
         -0.5 * k * found[6], weight[0], weight[1], weight[2],

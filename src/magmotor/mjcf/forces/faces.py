@@ -8,7 +8,7 @@ coordinates here are in the frame of the piece, and a face is given by the axis 
 import math
 
 from magmotor.mjcf.declarations.iron import BOX
-from magmotor.mjcf.forces.iron_pieces import KIND, LENGTHS, RESOLVED
+from magmotor.mjcf.forces.iron_pieces import DISTANCES, KIND, LENGTHS
 from magmotor.numerics.deferred import subroutine
 
 SOFT = 0.25
@@ -17,8 +17,12 @@ SOFT = 0.25
 SUNK = 0.25
 """How far a magnet may sink into a face that it is above, over its thickness."""
 
-EDGE = 0.7
-"""Width in which the image ends at an edge, over that height."""
+EDGE = 0.5
+"""Width in which the image ends at an edge, over the distance of nodes."""
+
+POINT, WIDE, WIDTH = 1.4, 0.35, 1.5
+"""Heights that nodes resolve, over their distance: of a dipole, and of a magnet whose radius is
+`WIDTH` of it, since the field of a small magnet varies more."""
 
 
 @subroutine
@@ -51,26 +55,30 @@ def window(piece, axis, place, start, width):
 
 
 @subroutine
-def lift(piece, axis, place, extent, size, thickness):
+def lift(piece, axis, place, extent, radius, thickness):
     """Return how far a magnet is lifted along an axis, and the derivatives of that.
 
-    The magnet has its center at `place`, reaches `extent` towards the face, and is of a `size` and,
-    at its thinnest, a `thickness`. The derivatives are by its height, and by the places of its
-    center along the two next axes. A magnet that reaches below the plane of a face, by more than
-    contacts let it sink in, is beside the face.
+    The magnet has its center at `place`, reaches `extent` towards the face, and has a `radius` and,
+    at its thinnest, a `thickness`; they are 0 for a dipole. The derivatives are by its height, and
+    by the places of its center along the two next axes. A magnet that reaches below the plane of a
+    face, by more than contacts let it sink in, is beside the face.
     """
-    resolved = piece[RESOLVED + axis]
+    distance = piece[DISTANCES + axis]
+    if distance == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    resolved = POINT * distance - (POINT - WIDE) * min(distance, radius / WIDTH)
     side = math.copysign(1.0, place[axis])
     gap = side * place[axis] - piece[LENGTHS + axis] - extent
     half = SOFT * resolved
     short = resolved + half - gap
-    above, by_gap = step(1.0 + gap / (SUNK * thickness))
-    if resolved == 0.0 or short <= 0.0 or above == 0.0:
+    sunk = SUNK * (thickness if thickness > 0.0 else distance)
+    above, by_gap = step(1.0 + gap / sunk)
+    if short <= 0.0 or above == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    inside, by_one, by_two = window(piece, axis, place, 1.0, size)
+    inside, by_one, by_two = window(piece, axis, place, 1.0, radius if radius > 0.0 else distance)
     height, slope = short - half, 1.0
     if short < 2.0 * half:
         height, slope = short * short / (4.0 * half), short / (2.0 * half)
-    by_height = inside * (by_gap * height / (SUNK * thickness) - above * slope)
+    by_height = inside * (by_gap * height / sunk - above * slope)
     height *= side * above
     return inside * height, by_height, by_one * height, by_two * height

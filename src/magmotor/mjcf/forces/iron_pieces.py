@@ -23,9 +23,9 @@ RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES = 16, 17, 18, 19, 20, 21, 22
 """Further columns: the address of its response; its first node and how many there are; the radius
 of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that."""
 
-KIND, LENGTHS, RESOLVED, ENERGY, COLUMNS = 23, 24, 27, 30, 31
-"""Further columns: the type of the geom; half of its lengths along its axes; the heights above its
-flat faces that the nodes resolve, or 0 where it has none; its energy in J in the potential of
+KIND, LENGTHS, DISTANCES, ENERGY, COLUMNS = 23, 24, 27, 30, 31
+"""Further columns: the type of the geom; half of its lengths along its axes; the distances of nodes
+on its flat faces, or 0 where it has none; its energy in J in the potential of
 everything else; and how many columns there are."""
 
 PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, ROWS = 0, 3, 4, 5, 6, 7, 8
@@ -96,7 +96,7 @@ def read_pieces(rows, nodes, scale, table, m, d, offsets):
         a, b, c, _ = ellipsoid(shape[geom], size[geom, 0], size[geom, 1], size[geom, 2])
         row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, b, c
         for axis in range(3):
-            row[RESOLVED + axis] = numbers[responses.RESOLVED + axis]
+            row[DISTANCES + axis] = numbers[responses.DISTANCES + axis]
         _place(nodes, row, words[responses.PADDED])
         first += words[responses.PADDED]
         count += 1

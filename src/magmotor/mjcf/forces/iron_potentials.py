@@ -28,6 +28,10 @@ _LINE = (
 )  # fmt: skip
 """Points and weights of Gauss and Legendre between 0 and 1: one, for linear fields, and four."""
 
+LONGEST, SPACINGS = 4.0, 6
+"""Length of a line with four points, over the least spacing of a table; and where a table has its
+spacings."""
+
 
 @subroutine
 def set_outer_potentials(state, m, offsets):
@@ -151,21 +155,27 @@ def field_along_line(piece, own, k, row, m, offsets):
     The derivatives are by the places of the node and of the center. They are exact for the same
     points of quadrature, also where the interpolation of a table has a small curl.
     """
-    linear = len(numbers_of(int(row[NAME]), m, offsets)) <= GRADIENT
+    numbers = numbers_of(int(row[NAME]), m, offsets)
+    linear = len(numbers) <= GRADIENT
     u, v, w = center_of(piece)
     dx, dy, dz = own[0, k] - u, own[1, k] - v, own[2, k] - w
     total = nx = ny = nz = cx = cy = cz = 0.0
-    for point in range(0 if linear else 1, 1 if linear else len(_LINE)):
-        t, weight = _LINE[point]
-        f = field_and_gradient(row, u + t * dx, v + t * dy, w + t * dz, m, offsets)
-        gx = f[3] * dx + f[6] * dy + f[9] * dz
-        gy = f[4] * dx + f[7] * dy + f[10] * dz
-        gz = f[5] * dx + f[8] * dy + f[11] * dz
-        total += weight * (f[0] * dx + f[1] * dy + f[2] * dz)
-        nx, ny, nz = (
-            nx + weight * (t * gx + f[0]),
-            ny + weight * (t * gy + f[1]),
-            nz + weight * (t * gz + f[2]),
-        )
-        cx, cy, cz = cx + weight * gx, cy + weight * gy, cz + weight * gz
+    segments = 1
+    if not linear:
+        spacing = min(numbers[SPACINGS], numbers[SPACINGS + 1], numbers[SPACINGS + 2])
+        segments += int(math.sqrt(dx * dx + dy * dy + dz * dz) / (LONGEST * spacing))
+    for number in range(segments):
+        for point in range(0 if linear else 1, 1 if linear else len(_LINE)):
+            t, weight = (number + _LINE[point][0]) / segments, _LINE[point][1] / segments
+            f = field_and_gradient(row, u + t * dx, v + t * dy, w + t * dz, m, offsets)
+            gx = f[3] * dx + f[6] * dy + f[9] * dz
+            gy = f[4] * dx + f[7] * dy + f[10] * dz
+            gz = f[5] * dx + f[8] * dy + f[11] * dz
+            total += weight * (f[0] * dx + f[1] * dy + f[2] * dz)
+            nx, ny, nz = (
+                nx + weight * (t * gx + f[0]),
+                ny + weight * (t * gy + f[1]),
+                nz + weight * (t * gz + f[2]),
+            )
+            cx, cy, cz = cx + weight * gx, cy + weight * gy, cz + weight * gz
     return total, nx, ny, nz, cx - nx, cy - ny, cz - nz

@@ -20,10 +20,10 @@ NUMBERS = 7
 largest distance between nodes in m, or 0 for an automatic one, and whether the material saturates.
 """
 
-KEY, COUNT, PADDED, RADIUS, VOLUME, RESOLVED, START = 1, 8, 9, 10, 11, 12, 15
+KEY, COUNT, PADDED, RADIUS, VOLUME, DISTANCES, START = 1, 8, 9, 10, 11, 12, 15
 """Words of a response, after the address of the next one: the numbers above; how many nodes there
 are, and that number padded to whole eights; the radius of the balls of charge at nodes; the volume;
-the heights above flat faces that nodes resolve, or 0; and where the rows x, y, z of the nodes and
+the distances of nodes on flat faces, or 0; and where the rows x, y, z of the nodes and
 the slopes of modes start, which the matrix follows, or the modes if the material saturates."""
 
 ROWS = 4
@@ -106,7 +106,7 @@ def _block(key: tuple[float, ...], response: Any) -> Any:
     numbers[KEY:COUNT] = key
     words[COUNT], words[PADDED] = count, padded
     numbers[RADIUS], numbers[VOLUME] = response.radius, response.volume
-    numbers[RESOLVED:START] = response.resolved
+    numbers[DISTANCES:START] = response.distances
     rows = numbers[START:].reshape(ROWS + count, padded)
     rows[:3, :count], rows[3, :count] = response.points.T, response.slopes
     rows[ROWS:, :count] = response.modes if key[6] else response.matrix

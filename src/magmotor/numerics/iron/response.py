@@ -45,9 +45,6 @@ NODES = 96
 RADIUS = 0.5
 """Radius of the balls of charge at the nodes, over the distance of nodes."""
 
-RESOLVED = 0.7
-"""Height above a flat face that its nodes resolve, over their distance."""
-
 SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 2, 3, 4, 5, 6
 """mjGEOM_SPHERE and so on."""
 
@@ -78,9 +75,8 @@ class Response:
     susceptibility : float
     radius : float
         Radius in m of the balls of charge at the nodes, for what is as near as their distance.
-    resolved : ndarray, shape (3,)
-        Heights in m above the flat faces normal to each axis from which the nodes resolve the field
-        of a magnet; 0 where there is no flat face.
+    distances : ndarray, shape (3,)
+        Mean distances of nodes on the flat faces normal to each axis, in m; 0 where there is none.
     """
 
     points: Array
@@ -90,7 +86,7 @@ class Response:
     volume: float
     susceptibility: float
     radius: float
-    resolved: Array
+    distances: Array
 
     @property
     def factors(self) -> Array:
@@ -231,7 +227,7 @@ def _response(
     found = Response(
         nodes.points, sign * half.T @ half, modes, slopes,
         float(meshes.outward(cells)[2].sum()), susceptibility, RADIUS * spacing,
-        RESOLVED * nodes.distances,
+        nodes.distances,
     )  # fmt: skip
     # The piece is as symmetric about its axes as nodes, in odd numbers on rings, are not.
     moments = np.einsum("ki,kl,li->i", found.points, found.matrix, found.points)
