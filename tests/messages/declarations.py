@@ -362,10 +362,12 @@ DeclarationError(field_tuple, 0): field tuple 0 'field too': element 0, numeric 
 # Iron
 >>> mm.describe(model(iron("geom core", material="-1.5")))
 DeclarationError(material, 0): numeric 0 'material' = -1.5: a material must be a susceptibility,
-    at least -1, and optionally a saturation magnetization in A/m, not negative; both finite
+    at least -1, and optionally a saturation magnetization in A/m and the distance of nodes in m,
+    not negative; all finite
 >>> mm.describe(model(iron("geom core", material="5 -1")))
 DeclarationError(material, 0): numeric 0 'material' = 5 -1: a material must be a susceptibility,
-    at least -1, and optionally a saturation magnetization in A/m, not negative; both finite
+    at least -1, and optionally a saturation magnetization in A/m and the distance of nodes in m,
+    not negative; all finite
 >>> mm.describe(model(iron()))
 DeclarationError(iron, 0): iron tuple 0 'iron' must name a numeric, the material, and a geom
 >>> mm.describe(model(iron("geom core", "geom core")))
@@ -414,8 +416,8 @@ DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be
 >>> found.numeric_size[0] = 0
 >>> mm.describe(found)
 DeclarationError(material, 0): numeric 0 'material' = no number: a material must be a
-    susceptibility, at least -1, and optionally a saturation magnetization in A/m, not negative;
-    both finite
+    susceptibility, at least -1, and optionally a saturation magnetization in A/m and the distance
+    of nodes in m, not negative; all finite
 
 # The magnetic constant and the tolerance
 >>> mm.describe(model(numeric("magnetic_constant", "0")))

@@ -136,14 +136,6 @@ FatalError: iron geom 1 'low' is below the plane of iron (on body 1 'low'), wher
 >>> step(model('<site pos="0 0 -1" user="1"/>', PLATE, iron="plate", body=LIFTED))
 FatalError: dipole site 0 '' is below the plane of iron (on body 0 'world'), where mirror images
     do not give the field; mm.check(model) says what keeps it above
->>> step(model('<geom name="core" pos="2 0 0"/>', '<site pos="2 0 0" user="1"/>', iron="core"))
-FatalError: iron geom 0 'core' has its center at a dipole, where the field is not finite
->>> two = '<geom name="a" type="capsule" size=".1 2" pos="0 9 0"/>'
->>> two += '<geom name="b" type="capsule" size=".1 2" pos="0 9.21 0"/>'
->>> step(model(two, iron="a b"))
-FatalError: iron geom 0 'a' is so close to other iron, or to its image in a plane, that one dipole
-    each does not describe them: such dipoles would magnetize each other without any field; put
-    the geoms farther apart, or make one geom of them
 
 # Memory
 >>> sites = "".join(f'<site pos="{k} 1 0" user="1"/>' for k in range(300))
