@@ -17,7 +17,7 @@ from benchmarks.harness.command_line import Parser
 TOPICS = (
     "magnetism", "callback", "minimal", "anatomy", "threads", "startup", "fixed_cost", "throughput",
     "disk_mujoco", "mujoco_baoab", "langevin", "ensemble", "rigid", "sweeps", "many", "fields",
-    "levitation", "library", "shapes",
+    "levitation", "library", "shapes", "iron",
 )  # fmt: skip
 """Modules in the folder speed."""
 

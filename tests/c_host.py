@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 from hosted_models import state_after
 
+import magmotor as mm
 from magmotor.numerics import native_library
 from magmotor_plugin.library import library as mujoco_library
 
@@ -68,8 +70,19 @@ def run(
     """Let the program, or a command that runs it, do a task of `c_host.c` with models."""
     command = [*EMULATOR, *(by or [program()]), library or library_path(), task, str(count)]
     outside = {k: v for k, v in os.environ.items() if k != native_library.SWITCH}
+    outside["MAGMOTOR_RESPONSES"] = responses_of(models)
     options: Any = {"cwd": _folder.name, "capture_output": True, "text": True, "check": True}
     return subprocess.run([*command, *models], env=outside | environment, **options)
+
+
+def responses_of(models: list[Path]) -> str:
+    """The path of a file with the responses of the iron of models that are valid."""
+    path = Path(_folder.name) / "responses"
+    for model in models:
+        if b"iron" in model.read_bytes():
+            with suppress(ValueError, mujoco.FatalError):
+                mm.save_responses(mujoco.MjModel.from_xml_path(str(model)), path)
+    return str(path) if path.exists() else ""
 
 
 def written(folder, texts):

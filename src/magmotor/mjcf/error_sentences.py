@@ -123,8 +123,8 @@ _OF_ERRORS: dict[int, Forms] = {
         " do not give the field; mm.check(model) says what keeps it above"
     ),
     error_numbers.UNANSWERED: (
-        "iron geom {number} {name}: how it responds to fields could not be computed, which takes"
-        " Python with NumPy and SciPy"
+        "iron geom {number} {name}: how it responds to fields is computed in Python, by"
+        " mm.save_responses(model, path), and not in the file that MAGMOTOR_RESPONSES names"
     ),
     error_numbers.UNSOLVED: (
         "iron geom {number} {name} is too near other iron, or its image in a plane, for its nodes:"
