@@ -23,8 +23,8 @@ BLOCK = '<geom name="one" type="box" size=".03 .03 .01"/>'
 BALL = '<body pos="0 0 {}"><freejoint/><geom name="{}" size=".01"/></body>'
 
 NOTE = """\
-Calls of the compiled callback, without MuJoCo's own work; the time is compared with the largest that
-  is allowed. "Switched off" is a bar and two dipoles whose mark names dipoles only."""
+Calls of the compiled callback, without MuJoCo's own work; the time is compared with the largest
+  that is allowed. "Switched off" is a bar and two dipoles whose mark names dipoles only."""
 
 
 def main() -> None:
