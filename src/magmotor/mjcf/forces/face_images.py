@@ -14,14 +14,18 @@ those of the lift and of the weights.
 import math
 
 from magmotor.mjcf.forces.charges import PLACES, set_charges
-from magmotor.mjcf.forces.faces import EDGE, lift, window
-from magmotor.mjcf.forces.iron_pieces import (
-    FRAME,
-    LENGTHS,
-    POSITION,
-    RESOLVED,
-    SUSCEPTIBILITY,
+from magmotor.mjcf.forces.faces import (
+    AXIS,
+    EDGE,
+    HEIGHT,
+    SIDE,
+    face_from,
+    faces_of,
+    lift,
+    resolved_height,
+    window,
 )
+from magmotor.mjcf.forces.iron_pieces import FRAME, POSITION, SUSCEPTIBILITY
 from magmotor.mjcf.forces.shape_distances import order_of_charges, support
 from magmotor.mjcf.forces.shape_fields import set_continued_fields, set_continued_potentials
 from magmotor.mjcf.forces.shaped_magnets import LENGTHS as LENGTHS_OF_SHAPE
@@ -60,12 +64,10 @@ def place_on_piece(piece, x, y, z):
 
 
 @subroutine
-def _normal(piece, axis, place):
-    """Return the outward normal, in the world, of the face that a place is above."""
-    side = math.copysign(1.0, place[axis])
-    return (
-        side * piece[FRAME + axis], side * piece[FRAME + 3 + axis], side * piece[FRAME + 6 + axis]
-    )  # fmt: skip
+def _normal(piece, face):
+    """Return the outward normal of a face in the world."""
+    side, axis = face[0, SIDE], FRAME + int(face[0, AXIS])
+    return side * piece[axis], side * piece[axis + 3], side * piece[axis + 6]
 
 
 @subroutine
@@ -78,25 +80,31 @@ def center_on_piece(piece, shape):
 @subroutine
 def lift_of_shape(piece, shape):
     """Return how far a magnet is lifted for the nodes of a piece, along the axes of the piece."""
-    place = center_on_piece(piece, shape)
-    one = _lift_along(piece, shape, place, 0)[0]
-    two = _lift_along(piece, shape, place, 1)[0]
-    return one, two, _lift_along(piece, shape, place, 2)[0]
+    place, faces = center_on_piece(piece, shape), faces_of(piece)
+    x, y, z, first = 0.0, 0.0, 0.0, 0
+    while first < len(faces):
+        face = face_from(faces, first)
+        height, axis = _lift_from(piece, shape, place, face)[0], int(face[0, AXIS])
+        x += height if axis == 0 else 0.0
+        y += height if axis == 1 else 0.0
+        z += height if axis == 2 else 0.0
+        first += len(face)
+    return x, y, z
 
 
 @subroutine
-def _lift_along(piece, shape, place, axis):
-    """Return the lift along an axis, and its derivatives."""
-    nx, ny, nz = _normal(piece, axis, place)
+def _lift_from(piece, shape, place, face):
+    """Return the lift from a face along its axis, and the derivatives."""
+    nx, ny, nz = _normal(piece, face)
     dx, dy, dz = support(shape, -nx, -ny, -nz)
     extent = -(nx * dx + ny * dy + nz * dz)
     p = LENGTHS_OF_SHAPE
     thickness = 2.0 * min(shape[p], shape[p + 1], shape[p + 2])
-    return lift(piece, axis, place, extent, shape[RADIUS], thickness)
+    return lift(face, place, extent, shape[RADIUS], thickness)
 
 
 @subroutine
-def _set_images(piece, shape, place, axis, lifted, room):
+def _set_images(piece, shape, face, lifted, room):
     """Write the charges of a magnet, and where its own field is that of its image; return how many.
 
     The rows 0 to 2 are reflected places in the frame of the magnet, 3 are charges with the factor
@@ -104,11 +112,11 @@ def _set_images(piece, shape, place, axis, lifted, room):
     """
     chi = piece[SUSCEPTIBILITY]
     strength = chi / (chi + 2.0)
-    nx, ny, nz = _normal(piece, axis, place)
-    side = math.copysign(1.0, place[axis])
-    top = side * piece[LENGTHS + axis]
+    nx, ny, nz = _normal(piece, face)
+    side, axis = face[0, SIDE], int(face[0, AXIS])
+    top = side * face[0, HEIGHT]
     x, y, z = piece[POSITION], piece[POSITION + 1], piece[POSITION + 2]
-    height = nx * x + ny * y + nz * z + piece[LENGTHS + axis] - side * lifted[axis]
+    height = nx * x + ny * y + nz * z + face[0, HEIGHT] - side * lifted[axis]
     count = set_charges(room, shape, order_of_charges(shape, shape, (1.0, nx, ny, nz, height)))
     for k in range(count):
         x, y, z = place_on_piece(piece, room[0, k], room[1, k], room[2, k])
@@ -122,40 +130,45 @@ def _set_images(piece, shape, place, axis, lifted, room):
 
 
 @subroutine
-def _weight(piece, axis, lifted, room, k):
+def _weight(face, width, lifted, room, k):
     """Return the weight of a charge, and its derivatives along the two next axes."""
     place = (
         room[PLACES, k] + lifted[0], room[PLACES + 1, k] + lifted[1],
         room[PLACES + 2, k] + lifted[2],
     )  # fmt: skip
-    return window(piece, axis, place, 0.5, EDGE * piece[RESOLVED + axis])
+    weight, by_one, by_two = 0.0, 0.0, 0.0
+    for number in range(len(face)):
+        u, du, dv = window(face[number], place, 0.5, width)
+        weight, by_one, by_two = weight + u, by_one + du, by_two + dv
+    return weight, by_one, by_two
 
 
 @subroutine
-def _energy_of_image(piece, shape, place, axis, lifted, room):
+def _energy_of_image(piece, shape, face, lifted, room):
     """Return the energy of a magnet, lifted or not, in its image in a face."""
-    count = _set_images(piece, shape, place, axis, lifted, room)
+    count = _set_images(piece, shape, face, lifted, room)
     set_continued_potentials(room, count, shape)
-    energy = 0.0
+    energy, width = 0.0, EDGE * resolved_height(face)
     for k in range(count):
-        energy += _weight(piece, axis, lifted, room, k)[0] * room[3, k] * room[4, k]
+        energy += _weight(face, width, lifted, room, k)[0] * room[3, k] * room[4, k]
     return energy
 
 
 @subroutine
-def _wrench_of_image(piece, shape, place, axis, lifted, room):
+def _wrench_of_image(piece, shape, place, face, lifted, room):
     """Return the force and torque on a magnet in its image, along the piece's axes.
 
     The torque is about the magnet's center. Each charge moves with the magnet, and so does the
     magnet's field at its image, which moves oppositely along the normal.
     """
-    count = _set_images(piece, shape, place, axis, lifted, room)
+    count = _set_images(piece, shape, face, lifted, room)
     set_continued_potentials(room, count, shape)
+    axis, width = int(face[0, AXIS]), EDGE * resolved_height(face)
     one, two = (axis + 1) % 3, (axis + 2) % 3
-    top = math.copysign(piece[LENGTHS + axis], place[axis])
+    top = face[0, SIDE] * face[0, HEIGHT]
     fn = fu = fv = tn = tu = tv = 0.0
     for k in range(count):
-        weight, by_one, by_two = _weight(piece, axis, lifted, room, k)
+        weight, by_one, by_two = _weight(face, width, lifted, room, k)
         energy = room[3, k] * room[4, k]
         room[3, k] *= weight
         # In the order normal, one, two, which is right-handed.
@@ -202,12 +215,14 @@ def _component(axis, k, along, one, two):
 @subroutine
 def image_energy(piece, shape, room):
     """Return the energy by which images in faces differ from nodes, for a magnet near a piece."""
-    lifted = lift_of_shape(piece, shape)
-    place, energy = center_on_piece(piece, shape), 0.0
-    for axis in range(3):
-        if lifted[axis] != 0.0:
-            energy += _energy_of_image(piece, shape, place, axis, (0.0, 0.0, 0.0), room)
-            energy -= _energy_of_image(piece, shape, place, axis, lifted, room)
+    lifted, faces = lift_of_shape(piece, shape), faces_of(piece)
+    place, energy, first = center_on_piece(piece, shape), 0.0, 0
+    while first < len(faces):
+        face = face_from(faces, first)
+        if _lift_from(piece, shape, place, face)[0] != 0.0:
+            energy += _energy_of_image(piece, shape, face, (0.0, 0.0, 0.0), room)
+            energy -= _energy_of_image(piece, shape, face, lifted, room)
+        first += len(face)
     return energy
 
 
@@ -217,25 +232,30 @@ def with_images(piece, shape, wrench, room):
 
     Torques are about the center of the magnet, and the reaction on it is opposite.
     """
-    lifted = lift_of_shape(piece, shape)
+    lifted, faces = lift_of_shape(piece, shape), faces_of(piece)
     place = center_on_piece(piece, shape)
     gx, gy, gz = to_piece(piece, -wrench[0], -wrench[1], -wrench[2])
-    fx, fy, fz, tx, ty, tz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for axis in range(3):
-        if lifted[axis] != 0.0:
-            a = _wrench_of_image(piece, shape, place, axis, (0.0, 0.0, 0.0), room)
-            b = _wrench_of_image(piece, shape, place, axis, lifted, room)
+    fx, fy, fz, tx, ty, tz, first = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    while first < len(faces):
+        face = face_from(faces, first)
+        if _lift_from(piece, shape, place, face)[0] != 0.0:
+            a = _wrench_of_image(piece, shape, place, face, (0.0, 0.0, 0.0), room)
+            b = _wrench_of_image(piece, shape, place, face, lifted, room)
             fx, fy, fz = fx + a[0] - b[0], fy + a[1] - b[1], fz + a[2] - b[2]
             tx, ty, tz = tx + a[3] - b[3], ty + a[4] - b[4], tz + a[5] - b[5]
             # What the lifted magnet would feel if it were moved alone.
             gx, gy, gz = gx - b[0], gy - b[1], gz - b[2]
-    for axis in range(3):
-        if lifted[axis] != 0.0:
+        first += len(face)
+    first = 0
+    while first < len(faces):
+        face = face_from(faces, first)
+        height, by_height, by_one, by_two = _lift_from(piece, shape, place, face)
+        if height != 0.0:
+            axis = int(face[0, AXIS])
             one, two = (axis + 1) % 3, (axis + 2) % 3
             push = gx if axis == 0 else (gy if axis == 1 else gz)
-            _, by_height, by_one, by_two = _lift_along(piece, shape, place, axis)
             along, u, v = push * by_height, push * by_one, push * by_two
-            nx, ny, nz = _normal(piece, axis, place)
+            nx, ny, nz = _normal(piece, face)
             dx, dy, dz = support(shape, -nx, -ny, -nz)
             arm = to_piece(piece, dx, dy, dz)
             fx += _component(axis, 0, along, u, v)
@@ -246,6 +266,7 @@ def with_images(piece, shape, wrench, room):
             tx += _component(axis, 0, 0.0, tu, tv)
             ty += _component(axis, 1, 0.0, tu, tv)
             tz += _component(axis, 2, 0.0, tu, tv)
+        first += len(face)
     force, torque = to_world(piece, fx, fy, fz), to_world(piece, tx, ty, tz)
     return (
         wrench[0] - force[0], wrench[1] - force[1], wrench[2] - force[2],

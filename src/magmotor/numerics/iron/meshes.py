@@ -40,13 +40,16 @@ def box(half_edges: ArrayLike, spacing: float) -> Array:
     ndarray, shape (N, 2, 2, 2, 3)
         Corners of the cells in m, along three coordinates of the cell.
     """
-    return cells_between(box_lines(half_edges, spacing))
+    half = np.asarray(half_edges, dtype=float)
+    return cells_between([spaced([-length, length], spacing) for length in half])
 
 
-def box_lines(half_edges: ArrayLike, spacing: float) -> list[Array]:
-    """Return the coordinates of the grid of a box along x, y and z, in m."""
-    lengths = 2 * np.asarray(half_edges, dtype=float)
-    return [length * (_lines(length, spacing) - 0.5) for length in lengths]
+def spaced(edges: ArrayLike, spacing: float) -> Array:
+    """Return the coordinates of a grid between some coordinates of edges, and denser beside them."""
+    ends = np.asarray(edges, dtype=float)
+    widths = np.diff(ends)
+    parts = [start + w * _lines(w, spacing)[:-1] for start, w in zip(ends, widths, strict=False)]
+    return np.concatenate([*parts, ends[-1:]])
 
 
 def cells_between(lines: list[Array]) -> Array:

@@ -4,12 +4,14 @@ The potential of magnets outside is smooth on a smooth surface: a few nodes desc
 number of panels. The charges that answer it belong to the nodes.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from magmotor.common.arrays import Array
+from magmotor.numerics.iron.unions import Rectangle
 
 LARGEST_ORDER = 4
 """Number of Gauss points in an interval; a longer line has several intervals."""
@@ -51,42 +53,75 @@ class Line(NamedTuple):
         return basis.reshape(len(x), nodes.size)
 
 
-class BoxNodes:
-    """Nodes on the faces of a box with the given half edges."""
+FLAT = Line(1, 1)
+"""A line along which there is nothing but one node."""
 
-    def __init__(self, half_edges: ArrayLike, spacing: float):
-        self._half = np.asarray(half_edges, dtype=float)
-        self._lines = [Line.spaced(length, spacing) for length in 2 * self._half]
-        found = []
-        for axis in range(3):
-            lines = [line.nodes for line in self._lines]
-            for side in (0.0, 1.0):
-                lines[axis] = np.array([side])
-                grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
-                found.append(self._half * (2 * grid.reshape(-1, 3) - 1))
+CLOSE = 1e-9
+"""How far points may be outside of a rectangle, over the size of the piece."""
+
+
+def face(axis: int, side: int, center: ArrayLike, half: ArrayLike, apart: float) -> list[float]:
+    """Return what is needed of a flat face: a row of numbers.
+
+    Parameters
+    ----------
+    axis, side : int
+        The axis of its normal, and the sign of that.
+    center, half : array_like, shape (3,)
+        The center and half of the edges along x, y and z, in m. A disk has its radius as the first
+        edge after the normal, and no second one.
+    apart : float
+        Mean distance of its nodes, in m.
+
+    Returns
+    -------
+    list of float
+        The axis; the sign; the height of the face along its normal; the center, and half of the
+        edges, along the two next axes; and the mean distance of nodes.
+    """
+    one, two = (axis + 1) % 3, (axis + 2) % 3
+    return [axis, side, side * center[axis], center[one], center[two], half[one], half[two], apart]
+
+
+class FlatNodes:
+    """Nodes on rectangles whose normals are along the axes."""
+
+    def __init__(self, rectangles: list[Rectangle], spacing: float):
+        self._rectangles = rectangles
+        self._lines, found = [], []
+        for rectangle in rectangles:
+            lengths = rectangle.upper - rectangle.lower
+            lines = [Line.spaced(length, spacing) if length else FLAT for length in lengths]
+            grid = np.stack(np.meshgrid(*(line.nodes for line in lines), indexing="ij"), axis=-1)
+            found.append(rectangle.lower + lengths * grid.reshape(-1, 3))
+            self._lines.append(lines)
         self.points = np.concatenate(found)
 
     @property
-    def distances(self) -> Array:
-        """Mean distances of nodes on the faces normal to the axes, the larger of two, in m."""
-        one = 2 * self._half / [line.nodes.size for line in self._lines]
-        return np.maximum(np.roll(one, -1), np.roll(one, -2))
+    def faces(self) -> Array:
+        """The rectangles; see `face`."""
+        rows = []
+        for rectangle, lines in zip(self._rectangles, self._lines, strict=True):
+            half = (rectangle.upper - rectangle.lower) / 2
+            apart = max(2 * half / [line.nodes.size for line in lines])
+            center = (rectangle.lower + rectangle.upper) / 2
+            rows.append(face(rectangle.axis, rectangle.side, center, half, apart))
+        return np.array(rows)
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
-        x = points / self._half
-        face = 2 * np.abs(x).argmax(axis=1)
-        face += x[np.arange(len(x)), face // 2] > 0
-        matrix, start = np.zeros((len(x), len(self.points))), 0
-        for number in range(6):
-            bases = [
-                line.basis((x[face == number, k] + 1) / 2) for k, line in enumerate(self._lines)
-            ]
-            one, two = np.delete(np.arange(3), number // 2)
-            product = bases[one][:, :, None] * bases[two][:, None, :]
-            size = product.shape[1] * product.shape[2]
-            matrix[face == number, start : start + size] = product.reshape(-1, size)
-            start += size
+        matrix, start = np.zeros((len(points), len(self.points))), 0
+        close = CLOSE * np.abs(points).max()
+        for rectangle, lines in zip(self._rectangles, self._lines, strict=True):
+            inside = (points > rectangle.lower - close) & (points < rectangle.upper + close)
+            here = np.flatnonzero(inside.all(axis=1))
+            lengths = rectangle.upper - rectangle.lower
+            along = (points[here] - rectangle.lower) / np.where(lengths > 0, lengths, 1.0)
+            bases = [line.basis(along[:, k]) for k, line in enumerate(lines)]
+            end = start + math.prod(line.nodes.size for line in lines)
+            product = np.einsum("ni,nj,nk->nijk", *bases)
+            matrix[here, start:end] = product.reshape(len(here), end - start)
+            start = end
         return matrix
 
 
@@ -110,9 +145,9 @@ class RingNodes:
         self.points = np.concatenate(found)
 
     @property
-    def distances(self) -> Array:
-        """Mean distances of nodes on faces normal to the axes in m; 0 where there are none."""
-        return np.zeros(3)
+    def faces(self) -> Array:
+        """The flat faces; see `face`."""
+        return np.zeros((0, 8))
 
     def _interpolate(self, segment: Array, along: Array, phi: Array) -> Array:
         """Return the matrix for points on segments, from 0 to 1 along each, at angles phi."""
@@ -146,9 +181,13 @@ class CylinderNodes(RingNodes):
         self._base = radius / base.nodes.size
 
     @property
-    def distances(self) -> Array:
-        """Mean distances of nodes on faces normal to the axes in m; 0 where there are none."""
-        return np.array([0.0, 0.0, self._base])
+    def faces(self) -> Array:
+        """The bases; see `face`."""
+        half = [self._radius, 0.0, self._half_length]
+        ends = [[0.0, 0.0, side * self._half_length] for side in (-1, 1)]
+        return np.array([
+            face(2, side, end, half, self._base) for side, end in zip((-1, 1), ends, strict=True)
+        ])  # fmt: skip
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""

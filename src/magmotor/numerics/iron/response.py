@@ -28,7 +28,8 @@ from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.iron import meshes
 from magmotor.numerics.iron.coulomb import RULE_OF_SEVEN, mutual_energies
 from magmotor.numerics.iron.interior import neumann_to_dirichlet, neumann_to_dirichlet_of_box
-from magmotor.numerics.iron.nodes import BoxNodes, CapsuleNodes, CylinderNodes, EllipsoidNodes
+from magmotor.numerics.iron.nodes import CapsuleNodes, CylinderNodes, EllipsoidNodes, FlatNodes
+from magmotor.numerics.iron.unions import Union
 
 CHUNK = 128
 """Number of panels at a time."""
@@ -39,16 +40,13 @@ NODES = 96
 RADIUS = 0.5
 """Radius of the balls of charge at the nodes, over the distance of nodes."""
 
-RESOLVED = 0.7
-"""Height above a flat face that its nodes resolve, over their distance."""
-
 SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 2, 3, 4, 5, 6
 """mjGEOM_SPHERE and so on."""
 
 LARGEST_COUNT = 100
 """Number of sweeps over coupled pieces, at most."""
 
-Nodes = BoxNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
+Nodes = FlatNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
 
 
 @dataclass(frozen=True)
@@ -69,9 +67,10 @@ class Response:
     susceptibility : float
     radius : float
         Radius in m of the balls of charge at the nodes, for what is as near as their distance.
-    resolved : ndarray, shape (3,)
-        Heights in m above the flat faces normal to each axis from which the nodes resolve the field
-        of a magnet; 0 where there is no flat face.
+    faces : ndarray, shape (F, 8)
+        The flat faces; see `nodes.face`.
+    center : ndarray, shape (3,)
+        Where the origin of the piece's frame is, in m, in the frame in which it was described.
     """
 
     points: Array
@@ -80,7 +79,13 @@ class Response:
     volume: float
     susceptibility: float
     radius: float
-    resolved: Array
+    faces: Array
+    center: Array
+
+    @property
+    def extent(self) -> float:
+        """Radius of a sphere around the nodes, in m."""
+        return float(np.linalg.norm(self.points, axis=1).max())
 
     @property
     def factors(self) -> Array:
@@ -130,7 +135,7 @@ def of_geom(kind: int, size: ArrayLike, susceptibility: float, spacing: float = 
     """
     a, b, c = np.asarray(size, dtype=float)
     if kind == BOX:
-        return box([a, b, c], spacing or _spacing(8 * (a * b + b * c + c * a)), susceptibility)
+        return box([a, b, c], spacing, susceptibility)
     if kind == CYLINDER:
         return cylinder(a, b, spacing or _spacing(2 * np.pi * a * (a + 2 * b)), susceptibility)
     if kind == SPHERE:
@@ -143,16 +148,58 @@ def of_geom(kind: int, size: ArrayLike, susceptibility: float, spacing: float = 
     return ellipsoid([a, b, c], spacing or _spacing(area), susceptibility)
 
 
+def of_geoms(
+    kinds: Array, sizes: Array, centers: Array, susceptibility: float, spacing: float = 0.0
+) -> Response:
+    """Compute the response of one geom at the origin, or of boxes that are one piece.
+
+    Parameters
+    ----------
+    kinds : ndarray, shape (N,)
+        Types of the geoms.
+    sizes, centers : ndarray, shape (N, 3)
+        Their sizes as in `geom_size`, along common axes, and their positions, in m.
+    susceptibility, spacing : float
+        As in `of_geom`.
+    """
+    if len(kinds) == 1:
+        return of_geom(int(kinds[0]), sizes[0], susceptibility, spacing)
+    return boxes(sizes, centers, susceptibility, spacing)
+
+
 def _spacing(area: float) -> float:
     return math.sqrt(area / NODES)
 
 
 def box(half_edges: ArrayLike, spacing: float, susceptibility: float) -> Response:
     """Compute the response of a box, whose half edges (3,) are in m; see `of_geom`."""
-    lines = meshes.box_lines(half_edges, spacing)
-    interior = neumann_to_dirichlet_of_box(lines)
-    cells = meshes.cells_between(lines)
-    return _response(cells, interior, BoxNodes(half_edges, spacing), susceptibility, spacing)
+    return boxes(np.atleast_2d(half_edges), np.zeros((1, 3)), susceptibility, spacing)
+
+
+def boxes(
+    half_edges: Array, centers: Array, susceptibility: float, spacing: float = 0.0
+) -> Response:
+    """Compute the response of a union of boxes whose edges are parallel.
+
+    Parameters
+    ----------
+    half_edges, centers : ndarray, shape (N, 3)
+        Half of the lengths of the boxes along x, y and z, and their centers, in m.
+    susceptibility, spacing : float
+        As in `of_geom`. Without a spacing, the number of nodes grows with that of rectangles of
+        which the surface consists.
+    """
+    center = (np.min(centers - half_edges, axis=0) + np.max(centers + half_edges, axis=0)) / 2
+    union = Union(half_edges, centers - center)
+    rectangles = union.rectangles()
+    if not spacing:
+        spacing = math.sqrt(6 * sum(each.area for each in rectangles) / len(rectangles) / NODES)
+    cells, nodes = union.cells(spacing), FlatNodes(rectangles, spacing)
+    if union.is_box:
+        interior = neumann_to_dirichlet_of_box(union.lines(spacing))
+    else:
+        interior = neumann_to_dirichlet(cells)
+    return _response(cells, interior, nodes, susceptibility, spacing, center)
 
 
 def cylinder(radius: float, half_length: float, spacing: float, susceptibility: float) -> Response:
@@ -180,7 +227,12 @@ def capsule(radius: float, half_length: float, spacing: float, susceptibility: f
 
 
 def _response(
-    cells: Array, interior: Array, nodes: Nodes, susceptibility: float, spacing: float
+    cells: Array,
+    interior: Array,
+    nodes: Nodes,
+    susceptibility: float,
+    spacing: float,
+    center: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Response:
     """Return the response of a meshed piece.
 
@@ -197,7 +249,7 @@ def _response(
     volume = meshes.outward(cells)[2].sum()
     return Response(
         nodes.points, sign * half.T @ half, each.T @ vectors, volume, susceptibility,
-        RADIUS * spacing, RESOLVED * nodes.distances,
+        RADIUS * spacing, nodes.faces, np.asarray(center),
     )  # fmt: skip
 
 
