@@ -33,8 +33,8 @@ MODEL_FIELDS = (
     "body_rootid", "geom_rbound", "body_mass", "body_inertia", "geom_aabb",
     "nu", "na", "nnames", "nnumericdata", "ntextdata", "ntupledata", "npluginattr",
     "body_parentid", "name_bodyadr", "name_jntadr", "name_geomadr", "name_siteadr",
-    "name_actuatoradr", "name_sensoradr", "nuser_geom", "geom_user", "geom_pos", "geom_quat", "body_pos",
-    "body_quat",
+    "name_actuatoradr", "name_sensoradr", "nuser_geom", "geom_user", "geom_pos", "geom_quat",
+    "body_pos", "body_quat",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (

@@ -14,9 +14,9 @@ from magmotor.mjcf.forces.iron_pieces import RESPONSE
 from magmotor.numerics.deferred import subroutine
 
 AXIS, SIDE, HEIGHT, CENTER, HALF, APART, COLUMNS = 0, 1, 2, 3, 5, 7, 8
-"""Columns of a rectangle: the axis of its normal, and the sign of that; its height along the normal;
-its center, and half of its edges, along the two next axes; the mean distance of its nodes; and how
-many columns there are. A disk has a radius and 0 instead of the edges."""
+"""Columns of a rectangle: the axis of its normal, and the sign of that; its height along the
+normal; its center, and half of its edges, along the two next axes; the mean distance of its nodes;
+and how many columns there are. A disk has a radius and 0 instead of the edges."""
 
 RESOLVED = 0.7
 """Height above a flat face that its nodes resolve, over their distance."""

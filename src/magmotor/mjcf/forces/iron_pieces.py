@@ -22,8 +22,8 @@ it."""
 
 RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, COLUMNS = 16, 17, 18, 19, 20, 21, 22, 23
 """Further columns: the address of its response; its first node and how many there are; the radius
-of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; and how
-many columns there are."""
+of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; and
+how many columns there are."""
 
 PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, ROWS = 0, 3, 4, 5, 6, 7
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the

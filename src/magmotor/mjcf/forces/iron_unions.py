@@ -1,14 +1,14 @@
-"""Geoms of iron that are one piece: boxes of one rigid body and material that touch or overlap.
+"""Geoms of iron that are one piece: those of one rigid body and material that touch or overlap.
 
-The edges of the boxes must be parallel, and the boxes must share some area or volume: an edge does
-not join them. Other geoms are pieces of their own.
+They are boxes whose edges are parallel, and which share some area or volume, since an edge does not
+join them, or cylinders on one axis. Other geoms are pieces of their own.
 """
 
 import math
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import numbers_of
-from magmotor.mjcf.declarations.iron import BOX
+from magmotor.mjcf.declarations.iron import BOX, CYLINDER
 from magmotor.mjcf.declarations.table import pieces
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.responses import response_of
@@ -44,9 +44,9 @@ def find_unions(place, count, table, m, offsets):
         _place_in_body(rows[k], found[k].geom, m, offsets)
         for j in range(k):
             same = found[j].material == found[k].material and found[j].weld == found[k].weld
-            if same and rows[j, PIECE] != rows[k, PIECE]:
-                if _are_joined(rows, j, k, found, m, offsets):
-                    _join(rows, k, rows[j, PIECE], rows[k, PIECE])
+            same = same and rows[j, PIECE] != rows[k, PIECE]
+            if same and _are_joined(rows, j, k, found, m, offsets):
+                _join(rows, k, rows[j, PIECE], rows[k, PIECE])
     for k in range(count):
         material = numbers_of(found[k].material, m, offsets)
         if rows[k, PIECE] == k and material[0] != 0.0:
@@ -110,16 +110,20 @@ def _along(axes, axis, size):
 
 @subroutine
 def _are_joined(rows, j, k, found, m, offsets):
-    """Whether two geoms are parallel boxes that share area or volume."""
+    """Whether two geoms are parallel boxes that share area or volume, or such cylinders."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     one, other = found[j].geom, found[k].geom
-    if shape[one] != BOX or shape[other] != BOX:
+    if shape[one] != shape[other] or not (shape[one] == BOX or shape[one] == CYLINDER):
         return False
     place, axes = _placed(rows, j, k)
     closed, touching = 0.0, 0
     for axis in range(3):
         closed = max(closed, CLOSED * max(size[one, axis], size[other, axis]))
+    if shape[one] == CYLINDER:
+        off = max(max(abs(place[0]), abs(place[1])) / closed, abs(axes[2][0]) / CLOSED)
+        gap = abs(place[2]) - size[one, 1] - size[other, 1]
+        return max(off, abs(axes[2][1]) / CLOSED, gap / closed) < 1.0
     for axis in range(3):
         half = _along(axes, axis, size[other])
         depth = size[one, axis] + half - abs(place[axis])
@@ -131,7 +135,7 @@ def _are_joined(rows, j, k, found, m, offsets):
 
 @subroutine
 def _set_key(key, rows, first, found, material, m, offsets):
-    """Write the numbers on which the response of a piece depends; return of how many geoms it is."""
+    """Write the numbers on which the response of a piece depends; return its number of geoms."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     key[0], key[1], count = material[0], material[2] if len(material) > 2 else 0.0, 0
@@ -146,6 +150,7 @@ def _set_key(key, rows, first, found, material, m, offsets):
                 own[1 + axis] = size[geom, axis]
                 own[4 + axis] = 0.0
                 if k != first:
-                    own[1 + axis] = _along(axes, axis, size[geom])
+                    if shape[geom] == BOX:
+                        own[1 + axis] = _along(axes, axis, size[geom])
                     own[4 + axis] = step * math.floor(place[axis] / step + 0.5)
     return count

@@ -43,8 +43,8 @@ from magmotor.mjcf.forces.iron_pieces import (
     unanswered_piece,
 )
 from magmotor.mjcf.forces.iron_pieces import ROWS as ROWS_OF_NODES
-from magmotor.mjcf.forces.iron_unions import WORDS, find_unions
 from magmotor.mjcf.forces.iron_potentials import set_outer_potentials
+from magmotor.mjcf.forces.iron_unions import WORDS, find_unions
 from magmotor.mjcf.forces.iron_wrenches import flux_of_iron
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.shape_fields import flux_of_shapes

@@ -56,6 +56,10 @@ class Line(NamedTuple):
 FLAT = Line(1, 1)
 """A line along which there is nothing but one node."""
 
+INTO_WALL = 0.25
+"""How far faces reach into what rises beside them, over the distance of nodes, so that their images
+do not end there; see `mjcf/forces/faces.py`."""
+
 CLOSE = 1e-9
 """How far points may be outside of a rectangle, over the size of the piece."""
 
@@ -99,12 +103,14 @@ class FlatNodes:
 
     @property
     def faces(self) -> Array:
-        """The rectangles; see `face`."""
+        """The rectangles, and what is behind inner edges; see `face`."""
         rows = []
         for rectangle, lines in zip(self._rectangles, self._lines, strict=True):
-            half = (rectangle.upper - rectangle.lower) / 2
-            apart = max(2 * half / [line.nodes.size for line in lines])
-            center = (rectangle.lower + rectangle.upper) / 2
+            lengths = rectangle.upper - rectangle.lower
+            apart = max(lengths / [line.nodes.size for line in lines])
+            more = INTO_WALL * apart * rectangle.risen
+            lower, upper = rectangle.lower - more[0], rectangle.upper + more[1]
+            center, half = (lower + upper) / 2, (upper - lower) / 2
             rows.append(face(rectangle.axis, rectangle.side, center, half, apart))
         return np.array(rows)
 
@@ -166,35 +172,47 @@ class RingNodes:
 
 
 class CylinderNodes(RingNodes):
-    """Nodes on a cylinder along z."""
+    """Nodes on cylinders along z.
 
-    def __init__(self, radius: float, half_length: float, spacing: float):
-        self._radius, self._half_length = radius, half_length
-        base, side = Line.spaced(radius, spacing), Line.spaced(2 * half_length, spacing)
-        disk, wall = radius * base.nodes, half_length * (2 * side.nodes - 1)
-        rings = [
-            (disk, np.full(disk.size, -half_length)),
-            (np.full(wall.size, radius), wall),
-            (disk, np.full(disk.size, half_length)),
-        ]
-        super().__init__([base, side, base], rings, spacing)
-        self._base = radius / base.nodes.size
+    Their walls and bases are rectangles whose coordinates are radii, angles and heights. At each
+    height, there is either one base or one wall.
+    """
+
+    def __init__(self, rectangles: list[Rectangle], spacing: float):
+        self._rectangles, lines, rings = rectangles, [], []
+        for each in rectangles:
+            radii, _, heights = lengths = each.upper - each.lower
+            line = Line.spaced(max(radii, heights), spacing)
+            points = each.lower + lengths * line.nodes[:, None]
+            rings.append((points[:, 0], points[:, 2]))
+            lines.append(line)
+        super().__init__(lines, rings, spacing)
 
     @property
     def faces(self) -> Array:
         """The bases; see `face`."""
-        half = [self._radius, 0.0, self._half_length]
-        ends = [[0.0, 0.0, side * self._half_length] for side in (-1, 1)]
-        return np.array([
-            face(2, side, end, half, self._base) for side, end in zip((-1, 1), ends, strict=True)
-        ])  # fmt: skip
+        rows = []
+        for each, line in zip(self._rectangles, self._segments, strict=True):
+            radius, height = each.upper[0], each.lower[2]
+            apart = (radius - each.lower[0]) / line.nodes.size
+            if each.axis == 2:
+                rows.append(face(2, each.side, [0, 0, height], [radius, 0, 0], apart))
+        return np.array(rows)
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
         x, y, z = points.T
-        r, height = np.hypot(x, y) / self._radius, z / self._half_length
-        segment = np.where(np.abs(height) < 1 - 1e-9, 1, np.where(height > 0, 2, 0))
-        along = np.where(segment == 1, (height + 1) / 2, r)
+        r, close = np.hypot(x, y), CLOSE * np.abs(points).max()
+        segment, along = np.zeros(len(x), dtype=int), np.zeros(len(x))
+        for number, each in enumerate(self._rectangles):
+            lengths = each.upper - each.lower
+            if each.axis == 0:
+                here = (z > each.lower[2] + close) & (z < each.upper[2] - close)
+                along[here] = (z[here] - each.lower[2]) / lengths[2]
+            else:
+                here = np.abs(z - each.lower[2]) <= close
+                along[here] = (r[here] - each.lower[0]) / lengths[0]
+            segment[here] = number
         return self._interpolate(segment, along, np.arctan2(y, x))
 
 

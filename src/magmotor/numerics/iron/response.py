@@ -37,6 +37,9 @@ CHUNK = 128
 NODES = 96
 """Number of nodes of a piece, roughly, unless their distance is given."""
 
+CLOSED = 1e-6
+"""Gaps narrower than this, over half of the size, are none."""
+
 RADIUS = 0.5
 """Radius of the balls of charge at the nodes, over the distance of nodes."""
 
@@ -137,7 +140,7 @@ def of_geom(kind: int, size: ArrayLike, susceptibility: float, spacing: float = 
     if kind == BOX:
         return box([a, b, c], spacing, susceptibility)
     if kind == CYLINDER:
-        return cylinder(a, b, spacing or _spacing(2 * np.pi * a * (a + 2 * b)), susceptibility)
+        return cylinder(a, b, spacing, susceptibility)
     if kind == SPHERE:
         b = c = a
     if kind == CAPSULE:
@@ -151,7 +154,7 @@ def of_geom(kind: int, size: ArrayLike, susceptibility: float, spacing: float = 
 def of_geoms(
     kinds: Array, sizes: Array, centers: Array, susceptibility: float, spacing: float = 0.0
 ) -> Response:
-    """Compute the response of one geom at the origin, or of boxes that are one piece.
+    """Compute the response of a geom, or of boxes or cylinders along z that are one piece.
 
     Parameters
     ----------
@@ -164,7 +167,9 @@ def of_geoms(
     """
     if len(kinds) == 1:
         return of_geom(int(kinds[0]), sizes[0], susceptibility, spacing)
-    return boxes(sizes, centers, susceptibility, spacing)
+    if kinds[0] == BOX:
+        return boxes(sizes, centers, susceptibility, spacing)
+    return cylinders(sizes[:, 0], sizes[:, 1], centers[:, 2], susceptibility, spacing)
 
 
 def _spacing(area: float) -> float:
@@ -189,26 +194,59 @@ def boxes(
         As in `of_geom`. Without a spacing, the number of nodes grows with that of rectangles of
         which the surface consists.
     """
-    center = (np.min(centers - half_edges, axis=0) + np.max(centers + half_edges, axis=0)) / 2
-    union = Union(half_edges, centers - center)
+    lower, upper = centers - half_edges, centers + half_edges
+    center = (lower.min(axis=0) + upper.max(axis=0)) / 2
+    union = Union(lower - center, upper - center, CLOSED * np.max(upper - center))
     rectangles = union.rectangles()
     if not spacing:
-        spacing = math.sqrt(6 * sum(each.area for each in rectangles) / len(rectangles) / NODES)
-    cells, nodes = union.cells(spacing), FlatNodes(rectangles, spacing)
-    if union.is_box:
-        interior = neumann_to_dirichlet_of_box(union.lines(spacing))
-    else:
-        interior = neumann_to_dirichlet(cells)
+        area = sum(math.prod(np.delete(r.upper - r.lower, r.axis)) for r in rectangles)
+        spacing = _spacing(6 * area / len(rectangles))
+    lines, nodes = (
+        [meshes.spaced(edges, spacing) for edges in union.edges],
+        FlatNodes(rectangles, spacing),
+    )
+    cells = meshes.cells_between(lines)[union.inside(lines)]
+    interior = neumann_to_dirichlet_of_box(lines) if union.is_box else neumann_to_dirichlet(cells)
+    nodes = FlatNodes(rectangles, spacing)
     return _response(cells, interior, nodes, susceptibility, spacing, center)
 
 
 def cylinder(radius: float, half_length: float, spacing: float, susceptibility: float) -> Response:
     """Compute the response of a cylinder along z; see `of_geom`."""
-    cells, nodes = (
-        meshes.cylinder(radius, half_length, spacing),
-        CylinderNodes(radius, half_length, spacing),
-    )
-    return _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
+    size = np.array([[radius], [half_length], [0.0]])
+    return cylinders(*size, susceptibility, spacing)
+
+
+def cylinders(
+    radii: Array, half_lengths: Array, heights: Array, susceptibility: float, spacing: float = 0.0
+) -> Response:
+    """Compute the response of a union of cylinders along z.
+
+    Parameters
+    ----------
+    radii, half_lengths, heights : ndarray, shape (N,)
+        Radii, half of the lengths, and the heights of the centers, in m.
+    susceptibility, spacing : float
+        As in `boxes`.
+    """
+    middle = (np.min(heights - half_lengths) + np.max(heights + half_lengths)) / 2
+    none, around = np.zeros(len(radii)), np.full(len(radii), 2 * np.pi)
+    lower = np.stack([none, none, heights - middle - half_lengths], axis=1)
+    upper = np.stack([radii, around, heights - middle + half_lengths], axis=1)
+    union = Union(lower, upper, CLOSED * max(radii.max(), upper[:, 2].max()))
+    rectangles = [each for each in union.rectangles() if each.axis != 1 and each.upper[0] > 0]
+    if not spacing:
+        area = sum(
+            np.pi * (r.upper[0] ** 2 - r.lower[0] ** 2)
+            + 2 * np.pi * r.upper[0] * (r.upper[2] - r.lower[2])
+            for r in rectangles
+        )
+        spacing = _spacing(3 * area / len(rectangles))
+    lines = meshes.cylinder_lines(union.edges[0], union.edges[2], spacing)
+    cells = meshes.cells_around(lines)[union.inside(lines)]
+    nodes = CylinderNodes(rectangles, spacing)
+    interior = neumann_to_dirichlet(cells)
+    return _response(cells, interior, nodes, susceptibility, spacing, [0.0, 0.0, middle])
 
 
 def ellipsoid(semi_axes: ArrayLike, spacing: float, susceptibility: float) -> Response:

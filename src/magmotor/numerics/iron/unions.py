@@ -1,19 +1,17 @@
-"""Unions of boxes whose edges are parallel: one grid for all of them, and the faces they leave bare.
+"""Unions of boxes whose edges are parallel: one grid for all of them, and the faces left bare.
 
 Where boxes overlap, their volume counts once, and where they touch, they have no faces. What a
-union is made of does not matter: a bar is the same bar if it is cut.
+union is made of does not matter: a bar is the same bar if it is cut. Cylinders on one axis are
+boxes of radii, angles and heights.
 """
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.numerics.iron.meshes import cells_between, spaced
-
-CLOSED = 1e-6
-"""Gaps narrower than this, over the length of the whole, are none."""
 
 
 class Rectangle(NamedTuple):
@@ -24,18 +22,16 @@ class Rectangle(NamedTuple):
     axis, side : int
         The axis of its normal, and the sign of that.
     lower, upper : ndarray, shape (3,)
-        Two of its corners, in m.
+        Two of its corners.
+    risen : ndarray, shape (2, 3)
+        Whether the piece rises above the rectangle at the lower and the upper edges along the axes.
     """
 
     axis: int
     side: int
     lower: Array
     upper: Array
-
-    @property
-    def area(self) -> float:
-        """The area in m^2."""
-        return float(np.delete(self.upper - self.lower, self.axis).prod())
+    risen: NDArray[np.bool_]
 
 
 class Union:
@@ -43,13 +39,13 @@ class Union:
 
     Parameters
     ----------
-    half_edges, centers : ndarray, shape (N, 3)
-        Half of the lengths of the boxes along x, y and z, and their centers, in m.
+    lower, upper : ndarray, shape (N, 3)
+        Two corners of each of the boxes.
+    closed : float
+        Gaps narrower than this are none.
     """
 
-    def __init__(self, half_edges: Array, centers: Array):
-        lower, upper = centers - half_edges, centers + half_edges
-        closed = CLOSED * np.ptp([lower.min(axis=0), upper.max(axis=0)], axis=0).max()
+    def __init__(self, lower: Array, upper: Array, closed: float):
         self._lines, inside = [], []
         for axis in range(3):
             lines = np.unique([lower[:, axis], upper[:, axis]])
@@ -70,17 +66,21 @@ class Union:
         """Whether the union is a box."""
         return bool(self._filled.all())
 
-    def lines(self, spacing: float) -> list[Array]:
-        """Return the coordinates of a grid along x, y and z, in m, denser beside edges."""
-        return [spaced(lines, spacing) for lines in self._lines]
+    @property
+    def edges(self) -> list[Array]:
+        """Coordinates along the axes between which the union does not change."""
+        return self._lines
 
-    def cells(self, spacing: float) -> Array:
-        """Return the cells of the grid that are inside; see `meshes.box`."""
-        lines, filled = self.lines(spacing), self._filled
-        for axis in range(3):
-            middle = (lines[axis][:-1] + lines[axis][1:]) / 2
-            filled = filled.take(np.searchsorted(self._lines[axis], middle) - 1, axis=axis)
-        return cells_between(lines)[filled.ravel()]
+    def inside(self, lines: list[Array]) -> NDArray[np.bool_]:
+        """Return which cells of a grid are inside, in the order of `meshes.cells_between`.
+
+        The edges must be among the coordinates of its lines.
+        """
+        filled = self._filled
+        for axis, (line, edges) in enumerate(zip(lines, self._lines, strict=True)):
+            place = np.searchsorted(edges, (line[:-1] + line[1:]) / 2) - 1
+            filled = filled.take(place, axis=axis)
+        return filled.ravel()
 
     def rectangles(self) -> list[Rectangle]:
         """Return the rectangles of which the surface consists, those in one plane in a row."""
@@ -88,12 +88,26 @@ class Union:
         for axis in range(3):
             filled = np.pad(np.moveaxis(self._filled, axis, 0), ((1, 1), (0, 0), (0, 0)))
             one, two = self._lines[:axis] + self._lines[axis + 1 :]
-            for side, bare in ((-1, filled[1:] & ~filled[:-1]), (1, filled[:-1] & ~filled[1:])):
-                for height, mask in zip(self._lines[axis], bare, strict=True):
-                    for rows, columns in _blocks(mask.copy()):
-                        ends = np.stack([one[rows], two[columns]], axis=1)
-                        found.append(Rectangle(axis, side, *np.insert(ends, axis, height, axis=1)))
+            for side, below, above in ((-1, filled[1:], filled[:-1]), (1, filled[:-1], filled[1:])):
+                for height, own, over in zip(self._lines[axis], below, above, strict=True):
+                    for i, k in _blocks(own & ~over):
+                        ends = np.stack([one[i], two[k]], axis=1)
+                        risen = _risen(np.pad(over, 1), *i, *k)
+                        corners = np.insert(ends, axis, height, axis=1)
+                        found.append(
+                            Rectangle(axis, side, *corners, np.insert(risen, axis, False, axis=1))
+                        )
         return found
+
+
+def _risen(over: Array, i: int, j: int, k: int, m: int) -> Array:
+    """Return whether there is something over all neighbors at the edges of a rectangle, (2, 2).
+
+    It consists of the cells from i to j and from k to m, and there is one more cell on all sides.
+    """
+    rows, columns = slice(i + 1, j + 1), slice(k + 1, m + 1)
+    sides = [[over[i, columns], over[rows, k]], [over[j + 1, columns], over[rows, m + 1]]]
+    return np.array([[bool(side.all()) for side in both] for both in sides])
 
 
 def _blocks(mask: Array) -> Iterator[tuple[list[int], list[int]]]:
