@@ -29,11 +29,15 @@ void *magmotor_of_mujoco(const char *name);
 // Let cells contain addresses in MuJoCo. Return the name of what it lacks, or 0.
 const char *magmotor_bind_mujoco(void);
 
+// Read the file of responses of iron that MAGMOTOR_RESPONSES names, if there is one.
+void magmotor_read_responses(void);
+
 // Learn which handler MuJoCo has unless the program sets another one.
 void magmotor_note_handler(void);
 
 // Functions that the compiled code calls, unless Python has others for it.
 void magmotor_load(int64_t number);
+int64_t magmotor_compute_response(int64_t key, int64_t head);
 void magmotor_form_error(int64_t error, int64_t number, const char *name, int64_t other,
                          const char *other_name, const double *details, int64_t handler,
                          int64_t user, const char **text);

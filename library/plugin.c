@@ -100,6 +100,7 @@ __attribute__((constructor)) static void register_plugins(void) {
   }
   if (OF_MUJOCO(mjp_getPlugin)(plugins[0].name, 0)) return;  // another library has done so
   magmotor_note_handler();
+  magmotor_read_responses();
   for (int k = 0; k < PLUGINS; k++)
     **(int64_t **)slots[k] = OF_MUJOCO(mjp_registerPlugin)(&plugins[k]);
   registered = 1;

@@ -15,6 +15,7 @@ from library import layouts
 from magmotor.mjcf import callbacks, layout, memory
 from magmotor.mjcf.error_numbers import FORM, KIND
 from magmotor.mjcf.error_sentences import ERRORS, LONGEST
+from magmotor.mjcf.forces import responses
 from magmotor.mjcf.notice_sentences import ASSUMED, ELSE, MARK_NAME, NOT_A_MARK, NOTICES
 from magmotor.numerics import symbols
 from magmotor_plugin import slots
@@ -96,9 +97,11 @@ def numbers() -> str:
     named = {
         "OFFSETS": len(layout.Layout._fields), "ELSE": ELSE, "ASSUMED": ASSUMED,
         "NOT_A_MARK": NOT_A_MARK, "FORM": FORM, "KIND": KIND, "LONGEST": LONGEST,
+        "RESPONSE_BITS": responses.BITS,
     }  # fmt: skip
+    texts = {"MARK_NAME": MARK_NAME, "RESPONSES_MARK": responses.MARK.decode()}
     lines = [f"#define {name} {number}\n" for name, number in named.items()]
-    return "".join([*lines, f"#define MARK_NAME {json.dumps(MARK_NAME)}\n"])
+    return "".join([*lines, *(f"#define {name} {json.dumps(text)}\n" for name, text in texts.items())])
 
 
 def sentences() -> str:

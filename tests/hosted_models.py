@@ -61,7 +61,12 @@ SHAPES = "".join(
         ("0.3 0.15 0.3", "ellipsoid", ".01 .015 .02", "0 0 1"),
         ("0.3 0.1 -0.46", "sphere", ".02", "0 1 1"),
         ("0.33 0.1 -0.48", "box", ".01 .01 .02", "0 0 1"),
+        ("0.34 0.1 0.3", "capsule", ".01 .02", "0 .5 1"),
     )
+) + (
+    '</worldbody><asset><mesh name="pyramid" vertex="-.01 -.02 0 .01 -.02 0 .01 .02 0 -.01 .02 0'
+    ' 0 .01 .02"/></asset><worldbody><body pos="0.26 0.1 0.3"><freejoint/>'
+    '<geom type="mesh" mesh="pyramid" user="0 .3 1" mass=".1"/></body>'
 )
 SITE = '<site name="ball" pos="0 0 0.01" zaxis="0.2 0 1" user="1.5"/>'
 EMPTY = dict.fromkeys(("extension", "custom", "more", "wrenches", "potential", "sensor"), "")

@@ -1,16 +1,30 @@
 """The energy of dipoles, iron, fields and a mirror in plain NumPy, also of complex positions.
 
 Complex arguments make derivatives exact: dE/dx = Im E(x + ih)/h. Nothing is shared with the
-package; the moments of iron that does not saturate follow from one set of linear equations.
+package but how a piece of iron alone responds to potentials at its nodes, which has tests of its
+own; the charges of several pieces that do not saturate follow from one set of linear equations.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
+MU0 = 4e-7 * np.pi
 STEP = 1e-30
+
+
+@dataclass
+class Piece:
+    """A piece of iron: nodes, their response, the radius of balls of charge, and a bounding sphere."""
+
+    points: np.ndarray
+    matrix: np.ndarray
+    radius: float
+    center: np.ndarray
+    extent: float
 
 
 @dataclass
@@ -19,7 +33,7 @@ class Body:
 
     center: np.ndarray
     dipoles: list = field(default_factory=list)  # (position, moment)
-    iron: list = field(default_factory=list)  # (position, volume, 3 x 3 chi/(1 + N chi))
+    iron: list = field(default_factory=list)  # of `Piece`
     fields: list = field(default_factory=list)  # functions of (position, origin, axes)
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
@@ -36,7 +50,10 @@ def moved(body, shift: Any = 0.0, turn: Any = (0.0, 0.0, 0.0)):
     return Body(
         body.center + shift,
         [(place(position), turned @ moment) for position, moment in body.dipoles],
-        [(place(x), volume, turned @ chi @ turned.T) for x, volume, chi in body.iron],
+        [
+            replace(each, points=np.array([*map(place, each.points)]), center=place(each.center))
+            for each in body.iron
+        ],
         body.fields,
         place(body.origin),
         turned @ body.axes,
@@ -67,33 +84,74 @@ def energy(bodies, mirror=None):
 
 
 def energy_of_iron(bodies, dipoles, mirror):
-    """The least energy that the moments of iron can have."""
+    """The energy at which the charges of iron make it stationary: half of theirs in outer fields."""
     pieces = [piece for body in bodies for piece in body.iron]
+    if not pieces:
+        return 0.0
     outer = []
-    for position, _, _ in pieces:
-        there = sum((flux(position, x, m) for _, x, m in dipoles), np.zeros(3))
+    for piece in pieces:
+        there = np.zeros(len(piece.points), complex)
+        for _, x, m in dipoles:
+            there = there + potential(piece.points, x, m)
+            if mirror:
+                there = there + potential(piece.points, *image(mirror, x, m))
         for body in bodies:
             for function in body.fields:
-                there = there + function(position, body.origin, body.axes)
-        for _, x, m in dipoles if mirror else ():
-            there = there + flux(position, *image(mirror, x, m))
+                there = there + along_lines(
+                    piece, partial(function, origin=body.origin, axes=body.axes)
+                )
         outer.append(there)
-    b = np.ravel(outer)
-    return -0.5 * b @ np.linalg.solve(matrix_of_iron(pieces, mirror), b) if pieces else 0.0
+    phi, responses = np.concatenate(outer), block_diag(*(piece.matrix for piece in pieces))
+    rows = [[between(i, j, i is not j, mirror) for j in pieces] for i in pieces]
+    charges = np.linalg.solve(np.eye(len(phi)) + responses @ np.block(rows), -responses @ phi)
+    return 0.5 * charges @ phi / MU0
 
 
-def matrix_of_iron(pieces, mirror=None):
-    """The matrix of the energy as a quadratic form of the moments of iron."""
-    matrix = np.zeros((3 * len(pieces),) * 2, complex)
-    for i, (position, volume, susceptibility) in enumerate(pieces):
-        own = 4e-7 * np.pi / volume * np.linalg.inv(susceptibility)
-        for j, (other, _, _) in enumerate(pieces):
-            block = own if i == j else -np.array([flux(position, other, e) for e in np.eye(3)]).T
-            if mirror:
-                images = partial(image, mirror, other)
-                block = block - np.array([flux(position, *images(e)) for e in np.eye(3)]).T
-            matrix[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = block
-    return matrix
+def potential(points, position, moment):
+    """The potential in T m of a dipole."""
+    r = points - position
+    return 1e-7 * (r @ moment) / np.sum(r * r, axis=1) ** 1.5
+
+
+def along_lines(piece, function):
+    """Minus the integral of a field from the center to nodes, exact for quadratic fields."""
+    found = []
+    for point in piece.points:
+        line = point - piece.center
+        places = (piece.center + t * line for t in (0.5 - 12**-0.5, 0.5 + 12**-0.5))
+        found.append(-0.5 * sum(function(place) @ line for place in places))
+    return np.array(found)
+
+
+def between(piece, other, real, mirror):
+    """The potential at the nodes of a piece of unit charges at those of another, and at images.
+
+    Pieces with a gap of three times the larger radius are dipoles.
+    """
+    total = np.zeros((len(piece.points), len(other.points)), complex)
+    if real:
+        total = total + of_charges(piece, piece.points, piece.center, other)
+    if mirror:
+        point, normal, strength = mirror
+        points = piece.points - 2 * ((piece.points - point) @ normal)[:, None] * normal
+        center = piece.center - 2 * normal @ (piece.center - point) * normal
+        total = total - strength * of_charges(piece, points, center, other)
+    return total
+
+
+def of_charges(piece, points, center, other):
+    """The potential of a piece's unit charges at points about a center."""
+    apart = np.sqrt((center - other.center) @ (center - other.center))
+    if (apart - piece.extent - other.extent).real > 3 * max(piece.extent, other.extent):
+        moments = (other.points - other.center) / MU0
+        fields = np.array([flux(center, other.center, moment) for moment in moments])
+        return -(points - center) @ fields.T
+    to = points[:, None] - other.points
+    r = np.sqrt(np.sum(to * to, axis=-1))
+    radius = np.sqrt((piece.radius**2 + other.radius**2) / 2)
+    s = r / radius
+    ball = (1.2 - s**2 / 2 + 3 * s**3 / 16 - s**5 / 160) / radius
+    return np.where(s.real < 2, ball, 1 / np.where(s.real < 2, 1, r)) / (4 * np.pi)
 
 
 def image(mirror, position, moment):

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from magmotor.numerics.shapes import box, cylinder, ellipsoid
+from magmotor.numerics.shapes import box, capsule, cylinder, ellipsoid
 
 J = np.array([0.3, -0.8, 1.1])
 """Polarization in T, unless told otherwise."""
@@ -14,12 +14,16 @@ LENGTH = 0.01
 
 SIZES = {
     "box": (0.01, 0.02, 0.005),
+    "capsule": (0.01, 0.007),
     "cylinder": (0.01, 0.007),
     "ellipsoid": (0.01, 0.02, 0.005),
     "sphere": (0.01,),
 }
 KINDS = ("field", "potential", "continued_field", "continued_potential")
-MODULES = {"box": box, "cylinder": cylinder, "ellipsoid": ellipsoid, "sphere": ellipsoid}
+MODULES = {
+    "box": box, "capsule": capsule, "cylinder": cylinder, "ellipsoid": ellipsoid,
+    "sphere": ellipsoid,
+}  # fmt: skip
 
 
 def shape(name, sizes=None, polarization=J):
@@ -36,6 +40,8 @@ def shape(name, sizes=None, polarization=J):
 
     functions = {kind: of_points(getattr(MODULES[name], f"{name}_{kind}")) for kind in KINDS}
     extent = np.array({1: sizes * 3, 2: (*sizes[:1] * 2, *sizes[1:]), 3: sizes}[len(sizes)])
+    if name == "capsule":
+        extent[2] += sizes[0]
     return SimpleNamespace(extent=extent, **functions)
 
 

@@ -48,6 +48,7 @@ from .mjcf.magnetism import apply_perturbation as apply_perturbation
 from .mjcf.magnetism import magnetism as magnetism
 from .mjcf.magnets.magnet import Magnet as Magnet
 from .mjcf.magnets.magnet import magnet as magnet
+from .mjcf.saved_responses import save_responses as save_responses
 from .mjcf.spec_mark import add_magnetism as add_magnetism
 from .mjcf.viscous_contact import ViscousContact as ViscousContact
 from .run.dataset import scene_of as scene_of

@@ -6,12 +6,12 @@ The truth is `tests/magnetic_energy.py`, differentiated by complex steps.
 import mujoco
 import numpy as np
 import pytest
-from magnetic_energy import Body, energy, wrench
-from scipy.integrate import quad_vec
+from magnetic_energy import Body, Piece, energy, wrench
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
 from magmotor.mjcf.field_and_energy import dipole_sites
+from magmotor.numerics.iron import response
 
 FLOOR = np.array([0.01, -0.02, -0.11]), Rotation.from_euler("xyz", [4, -7, 0], True)
 CHI, WEAK, MIRROR = 1500.0, 0.8, 30.0
@@ -129,24 +129,6 @@ def scene(words="dipoles fields coils iron", extension="", seed=1, saturation=""
     return model, data
 
 
-def factors(axes):
-    """The demagnetizing factors of an ellipsoid, by quadrature of Osborn's integrals."""
-    axes = np.asarray(axes)
-
-    def integrand(u):  # s = u/(1 - u)
-        s = u / (1 - u)
-        return 1 / ((s + axes**2) * np.sqrt(np.prod(s + axes**2)) * (1 - u) ** 2)
-
-    found, _ = quad_vec(integrand, 0, 1, epsabs=0, epsrel=1e-13)
-    return np.prod(axes) / 2 * found
-
-
-def response(data, geom, axes, chi):
-    """The tensor chi/(1 + N chi) of a piece, in the world's frame."""
-    frame = data.geom(geom).xmat.reshape(3, 3)
-    return frame @ np.diag(chi / (1 + chi * factors(np.array(axes) / max(axes)))) @ frame.T
-
-
 def truth(model, data, words, *, carried="field_gradient", driven=True):
     """The bodies of the model, as the energy in NumPy knows them."""
     moments = model.site_user[:, 0].copy()
@@ -166,16 +148,13 @@ def truth(model, data, words, *, carried="field_gradient", driven=True):
         bodies[3].origin, bodies[3].axes = frame.xpos, frame.xmat.reshape(3, 3)
     if "iron" not in words:
         return bodies, None
-    sphere, egg = 4 / 3 * np.pi * 0.01**3, 4 / 3 * np.pi * 0.01 * 0.02 * 0.013
-    rod = np.pi * 0.01**2 * 0.04 + sphere
-    pieces = {
-        "ball": (1, sphere, (1, 1, 1), CHI),
-        "egg": (2, egg, (0.01, 0.02, 0.013), CHI),
-        "rod": (3, rod, (0.01, 0.01, 0.03), WEAK),
-    }
-    for name, (body, volume, axes, chi) in pieces.items():
-        position = data.geom(name).xpos
-        bodies[body].iron.append((position, volume, response(data, name, axes, chi)))
+    for name, body, chi in (("ball", 1, CHI), ("egg", 2, CHI), ("rod", 3, WEAK)):
+        kind, size = int(model.geom(name).type[0]), model.geom(name).size
+        alone, geom = response.of_geom(kind, size, chi), data.geom(name)
+        points = geom.xpos + alone.points @ geom.xmat.reshape(3, 3).T
+        extent = float(model.geom(name).rbound[0])
+        piece = Piece(points, alone.matrix, alone.radius, geom.xpos.copy(), extent)
+        bodies[body].iron.append(piece)
     return bodies, (FLOOR[0], FLOOR[1].as_matrix()[:, 2], MIRROR / (MIRROR + 2))
 
 

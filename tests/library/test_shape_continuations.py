@@ -34,7 +34,15 @@ def measures(name, points):
     if name == "cylinder":
         r = np.hypot(*points.T[:2])
         return np.maximum(r - extent[0], np.abs(points[:, 2]) - extent[2]) / LENGTH
+    if name == "capsule":
+        return (from_axis(points, extent) - extent[0]) / LENGTH
     return np.linalg.norm(points / extent, axis=1) - 1
+
+
+def from_axis(points, extent):
+    """Distances from the line between the centers of a capsule's caps."""
+    beyond = np.maximum(np.abs(points[..., 2]) - extent[2] + extent[0], 0)
+    return np.hypot(np.hypot(points[..., 0], points[..., 1]), beyond)
 
 
 def crossing(name, points):
@@ -46,6 +54,11 @@ def crossing(name, points):
     if name == "cylinder":
         difference = np.hypot(*points.T[:2]) - extent[0] - np.abs(points[:, 2]) + extent[2]
         return np.abs(difference) < 0.02 * LENGTH
+    if name == "capsule":
+        inside = from_axis(points, extent) < extent[0]
+        at_plane = np.abs(np.abs(points[:, 2]) - extent[2] + extent[0]) < 0.02 * LENGTH
+        deep = np.abs(from_axis(points, extent) - 0.5 * extent[0]) < 0.02 * LENGTH
+        return inside & at_plane | deep
     lowest = (points**2 / (extent**2 - 0.75 * extent.min() ** 2)).sum(axis=1)
     return np.abs(lowest - 1) < 0.1
 
@@ -75,7 +88,12 @@ def surface(name, count=10, seed=3):
     for k in range(count):
         direction = rng.normal(size=3)
         direction /= np.linalg.norm(direction)
-        if name == "cylinder":
+        if name == "capsule":
+            half, (x, y, z) = extent[2] - extent[0], direction
+            normal = direction if k % 2 else np.array([x, y, 0]) / math.hypot(x, y)
+            middle = math.copysign(half, z) if k % 2 else 0.8 * half * z
+            yield extent[0] * normal + [0, 0, middle], normal
+        elif name == "cylinder":
             flat = np.append(direction[:2] / math.hypot(*direction[:2]), 0)
             if k % 2:
                 sign = 1 if k % 4 == 1 else -1

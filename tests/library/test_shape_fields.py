@@ -45,6 +45,8 @@ def test_far_fields_are_those_of_dipoles(name):
     body = shape(name)
     points = points_of("far", body.extent)
     volume = {"box": 8, "cylinder": 2 * math.pi}.get(name, 4 / 3 * math.pi) * body.extent.prod()
+    if name == "capsule":
+        volume = math.pi * body.extent[0] ** 2 * (2 * body.extent[2] - 2 / 3 * body.extent[0])
     r = np.linalg.norm(points, axis=1, keepdims=True)
     along = (points @ J)[:, None]
     dipole = volume / (4 * math.pi) * (3 * along * points / r**2 - J) / r**3
@@ -147,6 +149,44 @@ def test_cylinders_are_accurate_near_their_rims(distance):
         expected[2] -= J[2] * (r < 1 and z < 0.5)
         found = cylinder.cylinder_field(r, 0.0, z, 1.0, 0.5, *J)
         assert worst(found, expected) < 3e-14  # 1.8e-15
+
+
+@pytest.mark.parametrize("where", ["near", "inside", "axis", "center"])
+@pytest.mark.parametrize("half", [1e-3, 0.7, 3.0])
+def test_capsules_are_their_surface_charges(half, where):
+    """Points and weights on the caps and on the side, farther from the point than their spacing."""
+    body = shape("capsule", (1.0, half))
+    x, weights = np.polynomial.legendre.leggauss(120)
+    angle = np.arange(240) * (math.pi / 120)
+    normals, places, areas = [], [], []
+    for sign in (1, -1):
+        t, angles = np.meshgrid((1 + x) / 2, angle)
+        s = np.sqrt(1 - t * t)
+        normals.append(np.stack([s * np.cos(angles), s * np.sin(angles), sign * t], axis=-1))
+        places.append(normals[-1] + [0, 0, sign * half])
+        areas.append(np.broadcast_to(weights / 2, t.shape))
+    pieces = math.ceil(half)
+    for k in range(pieces):
+        z, angles = np.meshgrid(half * ((2 * k + 1 + x) / pieces - 1), angle)
+        normals.append(np.stack([np.cos(angles), np.sin(angles), 0 * z], axis=-1))
+        places.append(normals[-1] + np.stack([0 * z, 0 * z, z], axis=-1))
+        areas.append(np.broadcast_to(weights * half / pieces, z.shape))
+    places, normals = np.concatenate(places), np.concatenate(normals)
+    charges = normals @ J * np.concatenate(areas) / 480
+    points = points_of("near" if where == "center" else where, body.extent, 30)
+    if where == "center":
+        points = np.array([0, 0, half]) + 0.06 * points / body.extent
+        points[0] = [0, 0, half]
+    beyond = np.maximum(np.abs(points[:, 2]) - half, 0)
+    points = points[np.abs(np.hypot(np.hypot(*points.T[:2]), beyond) - 1) > 0.15]
+    assert len(points) > 10
+    for point in points:
+        away = point - places
+        r = np.sqrt((away**2).sum(-1))
+        expected = (charges[..., None] * away / r[..., None] ** 3).sum((0, 1))
+        bound = 1e-11 if where == "axis" else 5e-13  # 8e-13 next to the center of a cap, 5e-14
+        assert worst(body.field(point), expected) < bound
+        assert abs(body.potential(point) - (charges / r).sum()) < 5e-13  # 2.8e-14
 
 
 @pytest.mark.parametrize("sizes", [(0.01, 0.02, 0.005), (0.01, 0.01, 0.01), (0.003, 0.003, 0.01)])

@@ -98,6 +98,17 @@ def magnetized(geom, *polarization, size=()):
     return found
 
 
+TETRAHEDRON = "0 0 0 1 0 0 0 1 0 0 0 1"
+
+
+def hull(**attributes):
+    """Return a magnet that is a mesh, as MJCF between elements of <custom>."""
+    mesh = " ".join(f'{name}="{value}"' for name, value in attributes.items())
+    geom = '<geom name="hull" type="mesh" mesh="hull" user="0 0 1"/>'
+    assets = f'<asset><mesh name="hull" {mesh}/></asset>'
+    return f"</custom>{assets}<worldbody>{geom}</worldbody><custom>"
+
+
 def changed(name, *numbers):
     """Return a model with a numeric that is changed after the model is compiled."""
     found = model(numeric(name, "1 " * len(numbers) if len(numbers) > 1 else 0.01))
@@ -123,13 +134,23 @@ DeclarationError(polarization, 4): geom 4 'ball': its user numbers inf 0 0 are a
     must be finite
 >>> mm.describe(magnetized("floor", 0, 0, 1))
 DeclarationError(shapeless, 0): geom 0 'floor' has a polarization (its user numbers): it must be a
-    sphere, an ellipsoid, a cylinder or a box
+    sphere, an ellipsoid, a capsule, a cylinder, a box or a convex mesh
 >>> mm.describe(magnetized("core", 0, 0, 1, size=[0]))
 DeclarationError(size, 3): geom 3 'core': the size of iron and of magnets must be positive and
     finite
 >>> mm.describe(magnetized("bar", 0, 0, 1, size=[1, math.nan]))
 DeclarationError(size, 2): geom 2 'bar': the size of iron and of magnets must be positive and
     finite
+>>> with_dent = TETRAHEDRON + " .2 .2 .2"
+>>> mm.describe(model(hull(vertex=with_dent, face="0 2 1 0 1 3 0 3 2 1 2 4 2 3 4 3 1 4")))
+DeclarationError(polyhedron, 0): geom 0 'hull' is a magnet, by its user numbers: its mesh must be
+    convex: decompose it into convex ones, a geom each
+>>> mm.describe(model(hull(vertex=TETRAHEDRON, face="0 2 1 0 1 3 0 3 2", inertia="shell")))
+DeclarationError(polyhedron, 0): geom 0 'hull' is a magnet, by its user numbers: its mesh must be
+    closed, and enclose a volume
+>>> mm.describe(model(hull(builtin="sphere", params="4")))
+DeclarationError(polyhedron, 0): geom 0 'hull' is a magnet, by its user numbers: its mesh must
+    have at most 1000 faces: simplify it
 >>> mm.describe(model(iron("geom ball"), of_geom="0 0 1"))
 DeclarationError(magnetic_iron, 4): geom 4 'ball' is a magnet, by its user numbers, and iron: it
     must be one of them

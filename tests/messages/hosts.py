@@ -209,6 +209,12 @@ DeclarationError(index, 1): name_bodyadr[1] of the model = -1: must be at least 
 >>> two = COUPLING.format(2) + COUPLING.format(3)
 >>> mm.describe(changed(model(custom=two), "tuple_objid", 0, 99))
 DeclarationError(index, 0): tuple_objid[0] of the model = 99: must be at least 0 and less than 2
+>>> hull = '<geom type="mesh" mesh="hull" user="0 0 1"/>'
+>>> asset = '<asset><mesh name="hull" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
+>>> mm.describe(changed(model(hull, head=asset), "geom_dataid", 0, 1))
+DeclarationError(index, 0): geom_dataid[0] of the model = 1: must be at least 0 and less than 1
+>>> mm.describe(changed(model(hull, head=asset), "mesh_face", (1, 2), 4))
+DeclarationError(index, 5): mesh_face[5] of the model = 4: must be at least 0 and less than 4
 >>> mm.describe(changed(model(custom=two), "tuple_adr", 1, 0))
 DeclarationError(index, 1): tuple_adr[1] of the model = 0 and tuple_size[1] = 2: must be a range
     within 4 elements behind those before

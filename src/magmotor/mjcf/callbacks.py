@@ -115,7 +115,7 @@ def _read(checksum: int, offsets: layout.Layout):
         _ = checksum
         table, place = table_of(model, True), memory.error_on_stack()
         kinds = acting_kinds(table, memory.words(model, memory.UNBOUNDED), offsets)
-        find_error(model, table, kinds, True, place)
+        find_error(model, table, kinds, error_numbers.THOROUGH, place)
         report(memory.words(place, error_numbers.WORDS), model, model)
         return kinds
 
@@ -139,7 +139,7 @@ def _prepare(checksum: int, offsets: layout.Layout):
         m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
         kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
         _keep(table, kinds, data, offsets, instance)
-        find_error(model, table, kinds, True, place)
+        find_error(model, table, kinds, error_numbers.THOROUGH, place)
         if memory.words(place, error_numbers.WORDS)[0] >= 0:
             memory.words(_plugin_data(data, offsets, instance), 1)[0] = WRONG
 
@@ -218,7 +218,7 @@ def _init(checksum: int, offsets: layout.Layout):
         _ = checksum
         m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
         kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
-        find_error(model, table, kinds, True, place)
+        find_error(model, table, kinds, error_numbers.THOROUGH, place)
         error = memory.words(place, error_numbers.WORDS)
         if error[0] >= 0:
             report(error, model, model)
@@ -342,8 +342,8 @@ def _reset(checksum: int, offsets: layout.Layout):
         _ = checksum
         if word & ACTING == ACTING:
             m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
-            place = memory.error_on_stack()
-            find_error(model, table, acting_kinds(table, m, offsets), True, place)
+            kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()
+            find_error(model, table, kinds, error_numbers.THOROUGH, place)
             report(memory.words(place, error_numbers.WORDS), model, model)
 
     return reset
@@ -386,7 +386,7 @@ def _measure(checksum: int, offsets: layout.Layout):
 @subroutine
 def _find_error_of_sensors(error, model, table, kinds, instance):
     """Find an error in what acts, or else in the magnetometers of an instance."""
-    find_error(model, table, kinds, False, error.ctypes.data)
+    find_error(model, table, kinds, error_numbers.IN_STEP, error.ctypes.data)
     if error[0] < 0:
         check_magnetometers(error, table, instance)
 

@@ -1,7 +1,8 @@
 """Errors that compiled code finds; `error_sentences.py` has their sentences.
 
-An error is five words: its number; those of up to two elements, or -1; and, of a tuple, the rule
-that its element breaks and another tuple, or -1. Where something is computed, the first three do.
+An error is five words: its number; those of up to two elements, or -1; and the rule that a mesh or
+an element of a tuple breaks, and another tuple, or -1. Where something is computed, the first three
+do.
 """
 
 from magmotor.numerics.deferred import subroutine
@@ -10,11 +11,11 @@ from magmotor.numerics.deferred import subroutine
     COINCIDENCE, OUTSIDE, BEHIND, UNANSWERED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL,
     PATH, TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
     TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, POLARIZATION, SHAPELESS, COUPLED_MAGNET,
-    MAGNETIC_IRON, UNLOADED,
-) = range(30)  # fmt: skip
+    MAGNETIC_IRON, UNLOADED, POLYHEDRON,
+) = range(31)  # fmt: skip
 """Errors; each has up to two elements, see `error_reports.ELEMENTS`, and numbers."""
 
-KINDS = tuple(name.lower() for name in (*globals(),)[-30:])
+KINDS = tuple(name.lower() for name in (*globals(),)[-31:])
 """Their names, those defined last, for `DeclarationError`."""
 
 DETAILS, KIND, FORM = 16, 2, 15
@@ -29,6 +30,13 @@ OF_CONFIG, OF_BOTH = 1, 2
 
 INFINITE = 1
 """Form of an error `POLARIZATION`, which otherwise is too large."""
+
+NOT_CONVEX, NOT_CLOSED, CROWDED = range(3)
+"""Forms of an error `POLYHEDRON`, which its rule is."""
+
+IN_STEP, AT_START, THOROUGH = range(3)
+"""What a search for errors reads: in the first step of a run, at time 0, also the meshes of
+magnets; and if it is thorough, also all nodes of tables of fields."""
 
 WORDS = 5
 """Number of words of an error."""

@@ -67,6 +67,7 @@ ELEMENTS = (
     (GEOM, TUPLE),
     (GEOM, NOTHING),
     (NOTHING, NOTHING),
+    (GEOM, NOTHING),
 )
 """The types of the two elements of each error, by its number."""
 
@@ -170,6 +171,8 @@ def _find_details(error, m, d, offsets, details):
         x, y, z = polarization_of(first, m, offsets)
         details[0], details[1], details[2] = x, y, z
         details[FORM] = 0.0 if math.isfinite(x + y + z) else error_numbers.INFINITE
+    elif number == error_numbers.POLYHEDRON:
+        details[FORM] = error[3]
     elif number == error_numbers.OUTSIDE:
         _locate(first, error[2], m, d, offsets, details)
 

@@ -13,6 +13,7 @@ import mujoco
 from magmotor.mjcf import error_numbers
 from magmotor.mjcf.declarations import custom
 from magmotor.mjcf.declarations.marks import WORDS
+from magmotor.mjcf.declarations.meshes import MOST_FACES
 from magmotor.mjcf.declarations.valid_indices import APART_FIELDS, FIELDS, SIZES, TEXTS
 from magmotor.mjcf.error_numbers import FORM, KIND
 from magmotor.mjcf.lookup import decoded
@@ -97,6 +98,7 @@ _OF_GRID = (
     " frame of the grid, which reaches from ({3:.6g}, {4:.6g}, {5:.6g}) to"
     " ({6:.6g}, {7:.6g}, {8:.6g}) m and must contain all dipoles and all iron"
 )
+_MESH = "geom {number} {name} is a magnet, by its user numbers: its mesh must"
 _MATERIALS = "no number", "{1:g}", "{1:g} {2:g}", "{1:g} {2:g} {3:g}", "{1:g} {2:g} {3:g} ..."
 
 _OF_ERRORS: dict[int, Forms] = {
@@ -202,8 +204,13 @@ _OF_ERRORS: dict[int, Forms] = {
     },
     error_numbers.SHAPELESS: (
         "geom {number} {name} has a polarization (its user numbers): it must be a sphere, an"
-        " ellipsoid, a cylinder or a box"
+        " ellipsoid, a capsule, a cylinder, a box or a convex mesh"
     ),
+    error_numbers.POLYHEDRON: {
+        error_numbers.NOT_CONVEX: f"{_MESH} be convex: decompose it into convex ones, a geom each",
+        error_numbers.NOT_CLOSED: f"{_MESH} be closed, and enclose a volume",
+        error_numbers.CROWDED: f"{_MESH} have at most {MOST_FACES} faces: simplify it",
+    },
     error_numbers.COUPLED_MAGNET: (
         "geom {number} {name} is a magnet of a body of coupling tuple {other} {other_name}:"
         " couplings do not apply to geoms, but to dipole sites"

@@ -33,8 +33,10 @@ MODEL_FIELDS = (
     "body_rootid", "geom_rbound", "body_mass", "body_inertia", "geom_aabb",
     "nu", "na", "nnames", "nnumericdata", "ntextdata", "ntupledata", "npluginattr",
     "body_parentid", "name_bodyadr", "name_jntadr", "name_geomadr", "name_siteadr",
-    "name_actuatoradr", "name_sensoradr", "nuser_geom", "geom_user", "geom_pos", "geom_quat",
-    "body_pos", "body_quat",
+    "name_actuatoradr", "name_sensoradr", "nuser_geom", "geom_user", "geom_dataid",
+    "nmesh", "nmeshvert", "mesh_vertadr", "mesh_vertnum", "mesh_vert", "mesh_faceadr",
+    "mesh_facenum", "mesh_face", "nmeshface", "mesh_quat", "geom_pos", "geom_quat", "body_pos",
+    "body_quat",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
@@ -77,6 +79,7 @@ _PROBE = """
     <flag gravity="disable" energy="enable"/>
   </option>
   <size nuserdata="17" nuser_body="11" nuser_jnt="13" nuser_geom="7"/>
+  <asset><mesh name="pyramid" vertex="0 0 0 1 0 0 0 1 0 1 1 0 .3 .4 1"/></asset>
   <custom>
     <numeric name="first" data="1 2"/>
     <numeric name="last" data="3"/>

@@ -163,6 +163,18 @@ def numbers(address, rows, columns):
 
 
 @subroutine(forceinline=True)
+def singles(address, rows, columns):
+    """Return a `rows` x `columns` array of floats in single precision at an address."""
+    return _array_at(_pointer(address), (rows, columns), np.float32)
+
+
+@subroutine(forceinline=True)
+def rows_of_integers(address, rows, columns):
+    """Return a `rows` x `columns` array of C ints at an address, as unsigned integers."""
+    return _array_at(_pointer(address), (rows, columns), np.uint32)
+
+
+@subroutine(forceinline=True)
 def from_column(array, first):
     """Return a view of a matrix from column `first` on; unlike a slice, it has the same type."""
     return numbers(array.ctypes.data + 8 * first, array.shape[0], array.shape[1])

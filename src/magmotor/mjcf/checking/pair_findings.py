@@ -40,8 +40,10 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
         yield _exposure(model, pair)
     if pair.approach and not pair.repels:
         yield from _weak_contacts(model, pair, pair.approach)
-    if pair.spacing and not pair.repels and pair.spacing.apart < COARSE * pair.spacing.within:
-        yield _coarseness(model, pair, *pair.spacing)
+    laid_out = any((magnet.elements < model.nsite).any() for magnet in pair.magnets)
+    spacing = pair.spacing if laid_out and not pair.repels else None
+    if spacing and spacing.apart < COARSE * spacing.within:
+        yield _coarseness(model, pair, *spacing)
     if pair.wide >= 0:
         yield Failure(
             label(model, "geom", pair.wide),

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.shape_layouts import layouts_of_shapes
 from magmotor.mjcf.declarations import table as of_table
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, PLANE
+from magmotor.mjcf.declarations.iron import PLANE
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON, SHAPES
-from magmotor.mjcf.declared import coil_of_sites, polarizations, rows
+from magmotor.mjcf.declared import coil_of_sites, rows
 from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
-from magmotor.mjcf.magnets.dipole_layout import contact_layout
-from magmotor.mjcf.magnets.shapes import Cuboid, Tube
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 
@@ -81,7 +80,7 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
         moments = moment_scale(model) * model.site_user[:, 0] * drives
     strengths, sites = abs(moments), np.flatnonzero(moments)
     pieces = [*_pieces(model)] if kinds & IRON else []
-    shapes = [*_shapes(model, data)] if kinds & SHAPES else []
+    shapes = [*layouts_of_shapes(model, data)] if kinds & SHAPES else []
     geoms = np.array([geom for geom, *_ in (*shapes, *pieces)], int)
     iron = np.array([(0.0, 0.0)] * len(shapes) + [numbers for _, *numbers in pieces])
     iron = iron.reshape(-1, 2)
@@ -163,27 +162,6 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
             factor = min(demagnetizing_factors(*axes))
             response = volume * chi / (1 + factor * chi) / VACUUM_PERMEABILITY
             yield geom, response, scale * volume * magnetization or math.inf
-
-
-def _shapes(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, Array, Array]]:
-    """Yield the geoms that are magnets, with positions and moments along the axes of the world.
-
-    Boxes and cylinders are those layouts of dipoles whose forces at contact are best. The
-    polarization is in the units of the model, of which the scale of moments is the root.
-    """
-    scale = moment_scale(model)
-    for geom, polarization in polarizations(model).items():
-        kind, size = int(model.geom_type[geom]), model.geom_size[geom]
-        frame = data.geom_xmat[geom].reshape(3, 3)
-        moment = frame @ polarization * ellipsoid(kind, *size)[3] / (VACUUM_PERMEABILITY * scale)
-        points, parts = np.zeros((1, 3)), np.ones(1)
-        if kind in (BOX, CYLINDER):
-            a, b, c = (2 * size).tolist()
-            body = Cuboid(a, b, c) if kind == BOX else Tube(0.0, a, b)
-            x, y, z = (polarization / np.linalg.norm(polarization)).tolist()
-            points, parts = contact_layout(body, (x, y, z))
-        for point, part in zip(points, parts, strict=True):
-            yield geom, data.geom_xpos[geom] + frame @ point, part * moment
 
 
 def _planes(model: mujoco.MjModel, kinds: int) -> Iterator[tuple[int, float]]:

@@ -14,9 +14,9 @@ from magmotor.mjcf.late_functions import LateFunction
 from magmotor.numerics import c_types as types
 from magmotor.numerics.compiled_once import compiled_once
 
-_word, _flag = types.int64, types.boolean
+_word = types.int64
 _READ = types.void(_word, _word, _word)
-_CHECK = types.void(_word, _word, _word, _flag, _word)
+_CHECK = types.void(_word, _word, _word, types.int32, _word)
 
 _read_late = LateFunction("magmotor_read_elements_address", _READ, lambda: _read(layout.current()))
 elements_are_readable, read_elements = _read_late.is_ready, _read_late.call
@@ -61,7 +61,7 @@ def _read(checksum: int, offsets: layout.Layout):
 def _check(checksum: int, offsets: layout.Layout):
     """Define `check_elements` for one layout of the structs."""
 
-    def check_elements(model, table, kinds, thorough, place):
+    def check_elements(model, table, kinds, extent, place):
         _ = checksum
         m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, error_numbers.WORDS)
         if kinds & DIPOLES:
@@ -73,10 +73,10 @@ def _check(checksum: int, offsets: layout.Layout):
         if error[0] < 0 and kinds & COILS:
             check_coils(error, table, m, offsets)
         if error[0] < 0 and kinds & FIELDS:
-            check_fields(error, table, thorough, m, offsets)
+            check_fields(error, table, extent == error_numbers.THOROUGH, m, offsets)
         if error[0] < 0 and kinds & IRON:
             check_iron(error, table, m, offsets)
         if error[0] < 0 and kinds & SHAPES:
-            check_shapes(error, table, kinds, m, offsets)
+            check_shapes(error, table, kinds, extent != error_numbers.IN_STEP, m, offsets)
 
     return check_elements

@@ -58,9 +58,9 @@ from magmotor.numerics.arrays import copy
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.deferred import External, subroutine
 
-_word, _flag = types.int64, types.boolean
+_word, _flag, _int = types.int64, types.boolean, types.int32
 _FIND = types.int64(_word, _flag)
-_CHECK = types.void(_word, _word, _word, _flag, _word)
+_CHECK = types.void(_word, _word, _word, _int, _word)
 
 BITS = 10
 """Tables are kept in 2^10 lists, by their hashes."""
@@ -97,8 +97,8 @@ _table_of = memory.function_at("magmotor_reader_address", _FIND)
 find_error = External("magmotor_find_error", _CHECK)
 """Find an error in what a model declares: by its table, or in the numbers of what acts.
 
-The arguments are the addresses of mjModel and its table; the bits of what acts; whether the check
-is thorough, and reads all numbers of tables of fields; and the address of the words of an error.
+The arguments are the addresses of mjModel and its table; the bits of what acts; how much is
+read, `error_numbers.IN_STEP`, `AT_START` or `THOROUGH`; and the address of the words of an error.
 """
 
 
@@ -283,7 +283,7 @@ def acting_kinds(table, m, offsets):
 def _find_error(checksum: int, offsets: layout.Layout):
     """Define `find_error` for one layout of the structs."""
 
-    def find_error(model, table, kinds, thorough, place):
+    def find_error(model, table, kinds, extent, place):
         _ = checksum
         m, error = memory.words(model, memory.UNBOUNDED), memory.words(place, error_numbers.WORDS)
         found = error_in(table)
@@ -294,13 +294,13 @@ def _find_error(checksum: int, offsets: layout.Layout):
             field = invalid_index(model, room)
             error_numbers.set_error(error, error_numbers.INDEX, field, memory.words(room, 1)[0])
         elif error[0] < 0 and kinds >= 0:
-            _check_numbers(error, table, m, offsets, kinds, thorough)
+            _check_numbers(error, table, m, offsets, kinds, extent)
 
     return find_error
 
 
 @subroutine
-def _check_numbers(error, table, m, offsets, kinds, thorough):
+def _check_numbers(error, table, m, offsets, kinds, extent):
     """Find the first error in the numbers of what acts."""
     if kinds & DIPOLES:
         site = invalid_moment(m, offsets)
@@ -315,4 +315,4 @@ def _check_numbers(error, table, m, offsets, kinds, thorough):
         if joint >= 0:
             error_numbers.set_error(error, error_numbers.POTENTIAL, joint)
     if error[0] < 0 and _has_elements(m, offsets) and elements_are_checkable():
-        check_elements((m.ctypes.data, table, kinds, thorough, error.ctypes.data))
+        check_elements((m.ctypes.data, table, kinds, extent, error.ctypes.data))

@@ -7,13 +7,15 @@ The polarization is uniform, and the magnet has the shape of the geom. A geom wh
 import math
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, ELLIPSOID, SPHERE
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
 from magmotor.mjcf.declarations.marks import COUPLINGS, IRON
+from magmotor.mjcf.declarations.meshes import MESH, broken_rule
 from magmotor.mjcf.declarations.table import SHAPES, add_row, couplings, header, pieces, shapes
 from magmotor.mjcf.error_numbers import (
     COUPLED_MAGNET,
     MAGNETIC_IRON,
     POLARIZATION,
+    POLYHEDRON,
     SHAPELESS,
     SIZE,
     set_error,
@@ -57,15 +59,14 @@ def is_magnet(geom, m, offsets):
 
 
 @subroutine(forceinline=True)
-def check_shapes(error, table, kinds, m, offsets):
+def check_shapes(error, table, kinds, meshes, m, offsets):
     """Find an error in polarizations, or in the shapes and sizes of the geoms that have one.
 
     If these act, no coupling must name the body of such a geom, and no iron the geom itself.
 
     In the units of a model with a magnetic constant, a polarization may be any finite number.
+    Whether meshes are convex takes long, so that it is checked only if `meshes`.
     """
-    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
-    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     largest = LARGEST if header(table).constant < 0 else math.inf
     for row in shapes(table):
         geom = row.geom
@@ -73,19 +74,31 @@ def check_shapes(error, table, kinds, m, offsets):
             continue
         x, y, z = polarization_of(geom, m, offsets)
         square = x * x + y * y + z * z
-        kind = shape[geom]
-        used = 1 if kind == SPHERE else (2 if kind == CYLINDER else 3)
         if not (square <= largest * largest and square < math.inf):
             set_error(error, POLARIZATION, geom)
-        elif kind not in (SPHERE, ELLIPSOID, CYLINDER, BOX):
-            set_error(error, SHAPELESS, geom)
         else:
-            for axis in range(used):
-                if not 0.0 < size[geom, axis] < math.inf:
-                    set_error(error, SIZE, geom)
-            for pair in couplings(table)[: memory.UNBOUNDED if kinds & COUPLINGS else 0]:
-                if error[0] < 0 and row.body in (pair.body, pair.other):
-                    set_error(error, COUPLED_MAGNET, geom, pair.tuple)
-            for piece in pieces(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
-                if error[0] < 0 and piece.geom == geom:
-                    set_error(error, MAGNETIC_IRON, geom)
+            _check_shape(error, geom, meshes, m, offsets)
+        for pair in couplings(table)[: memory.UNBOUNDED if kinds & COUPLINGS else 0]:
+            if error[0] < 0 and row.body in (pair.body, pair.other):
+                set_error(error, COUPLED_MAGNET, geom, pair.tuple)
+        for piece in pieces(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
+            if error[0] < 0 and piece.geom == geom:
+                set_error(error, MAGNETIC_IRON, geom)
+
+
+@subroutine
+def _check_shape(error, geom, meshes, m, offsets):
+    """Find an error in the type, the size or the mesh of a magnet."""
+    kind = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)[geom]
+    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
+    used = 1 if kind == SPHERE else (2 if kind in (CAPSULE, CYLINDER) else 3)
+    if kind == MESH:
+        rule = broken_rule(geom, meshes, m, offsets)
+        if rule >= 0:
+            set_error(error, POLYHEDRON, geom, -1, rule)
+    elif not SPHERE <= kind <= BOX:
+        set_error(error, SHAPELESS, geom)
+    else:
+        for axis in range(used):
+            if not 0.0 < size[geom, axis] < math.inf:
+                set_error(error, SIZE, geom)

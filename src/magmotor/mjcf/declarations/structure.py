@@ -119,6 +119,7 @@ def _arrays(m, offsets):
     nplugin = m[offsets.nplugin // 8]
     nsensor = m[offsets.nsensor // 8] if nplugin > 0 else 0
     ngeom = ngeom if ntuple + m[offsets.nuser_geom // 8] > 0 else 0
+    nshape = ngeom if m[offsets.nuser_geom // 8] >= 3 and m[offsets.nmesh // 8] > 0 else 0
     nactuator = m[offsets.nactuator // 8] if ntuple > 0 else 0
     nelement = m[offsets.ntupledata // 8]
     # The names of texts, numerics and tuples follow those of all other elements that are read.
@@ -150,6 +151,7 @@ def _arrays(m, offsets):
         (m[offsets.tuple_objid // 8], 4 * nelement),
         (m[offsets.geom_type // 8], 4 * ngeom),
         (m[offsets.geom_bodyid // 8], 4 * ngeom),
+        (m[offsets.geom_dataid // 8], 4 * nshape),
         (m[offsets.actuator_ctrladr // 8], 4 * nactuator),
         (m[offsets.actuator_ctrlnum // 8], 4 * nactuator),
         (m[offsets.actuator_actadr // 8], 4 * nactuator),

@@ -17,6 +17,7 @@ from magmotor.mjcf.declarations.custom import (
     SITE,
     TUPLE,
 )
+from magmotor.mjcf.declarations.meshes import MESH
 from magmotor.numerics import c_types as types
 from magmotor.numerics.compiled_once import compiled_once
 from magmotor.numerics.deferred import External, subroutine
@@ -53,6 +54,8 @@ INDICES = (
     ("name_actuatoradr", "nactuator", "nnames", "", ANY),
     ("name_sensoradr", "nsensor", "nnames", "", ANY),
     ("sensor_adr", "nsensor", "nsensordata", "sensor_dim", ANY),
+    ("mesh_vertadr", "nmesh", "nmeshvert", "mesh_vertnum", ANY),
+    ("mesh_faceadr", "nmesh", "nmeshface", "mesh_facenum", ANY),
 )
 """Indices, how many there are, into how many elements, and, of a range, the sizes; and the order.
 
@@ -74,13 +77,20 @@ OBJECTS = {
 }
 """The number of elements of each type that a tuple or a sensor may name."""
 
-NAMED = (
-    ("tuple_objid", "ntupledata", "tuple_objtype"),
-    ("sensor_objid", "nsensor", "sensor_objtype"),
-)
-"""Numbers of elements, how many there are, and their types."""
+DATA = {MESH: "nmesh"}
+"""The number of meshes, which a geom of that type names; other types name nothing that is read."""
 
-FIELDS = tuple(row[0] for row in (*INDICES, *NAMED, *TEXTS))
+NAMED = (
+    ("tuple_objid", "ntupledata", "tuple_objtype", OBJECTS),
+    ("sensor_objid", "nsensor", "sensor_objtype", OBJECTS),
+    ("geom_dataid", "ngeom", "geom_type", DATA),
+)
+"""Numbers of elements, how many there are, their types, and how many there are of each type."""
+
+VERTICES = "mesh_face"
+"""The vertices of faces, each one of its mesh."""
+
+FIELDS = (*(row[0] for row in (*INDICES, *NAMED)), VERTICES, *(row[0] for row in TEXTS))
 """The fields, of which `invalid_index` returns the number."""
 
 SIZES = {row[0]: row[3] for row in INDICES if row[3]}
@@ -115,10 +125,11 @@ def _invalid_index(checksum: int, offsets: layout.Layout):
 
     indices = np.array([[*map(place, row[:4]), row[4]] for row in INDICES])
     texts = np.array([[*map(place, row)] for row in TEXTS])
-    objects = np.full(max(OBJECTS) + 1, -1)
-    for kind, count in OBJECTS.items():
-        objects[kind] = place(count)
-    named = np.array([[*map(place, row)] for row in NAMED])
+    objects = np.full((len(NAMED), max(MESH, *OBJECTS) + 1), -1)
+    for k, row in enumerate(NAMED):
+        for kind, count in row[3].items():
+            objects[k, kind] = place(count)
+    named = np.array([[*map(place, row[:3])] for row in NAMED])
 
     def invalid_index(model, room):
         _ = checksum
@@ -134,14 +145,16 @@ def _invalid_index(checksum: int, offsets: layout.Layout):
             array = _word_at(named[k, 0], m, offsets)
             count = _word_at(named[k, 1], m, offsets)
             types_of = _word_at(named[k, 2], m, offsets)
-            if _find_object(array, count, types_of, objects, m, offsets, found):
+            if _find_object(array, count, types_of, objects[k], m, offsets, found):
                 return len(indices) + k
+        if _find_vertex(m, offsets, found):
+            return len(indices) + len(named)
         for k in range(len(texts)):
             characters = _word_at(texts[k, 0], m, offsets)
             length = _word_at(texts[k, 1], m, offsets)
             if length > 0 and memory.bytes_at(characters, length)[length - 1] != 0:
                 found[0] = length - 1
-                return len(indices) + len(named) + k
+                return len(indices) + len(named) + 1 + k
         return -1
 
     return invalid_index
@@ -184,4 +197,24 @@ def _find_object(array, count, types_of, objects, m, offsets, found):
         if which >= 0 and np.int64(index[i]) >= _word_at(which, m, offsets):
             found[0], found[1], found[2], found[3] = i, index[i], 1, _word_at(which, m, offsets)
             return True
+    return False
+
+
+@subroutine
+def _find_vertex(m, offsets, found):
+    """Whether a face has a vertex that its mesh lacks; write the first such one.
+
+    Faces are read if geoms may be magnets.
+    """
+    nmesh = m[offsets.nmesh // 8] if m[offsets.nuser_geom // 8] >= 3 else 0
+    first = memory.integers(m[offsets.mesh_faceadr // 8], nmesh)
+    faces = memory.integers(m[offsets.mesh_facenum // 8], nmesh)
+    vertices = memory.integers(m[offsets.mesh_vertnum // 8], nmesh)
+    for mesh in range(nmesh):
+        start = 3 * np.int64(first[mesh])
+        index = memory.integers(m[offsets.mesh_face // 8] + 4 * start, 3 * np.int64(faces[mesh]))
+        for i in range(len(index)):
+            if index[i] >= vertices[mesh]:
+                found[0], found[1], found[2], found[3] = start + i, index[i], 1, vertices[mesh]
+                return True
     return False

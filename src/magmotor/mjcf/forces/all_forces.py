@@ -119,7 +119,9 @@ def _apply_forces(checksum: int, offsets: layout.Layout, everything: bool):
         wrenches = memory.numbers(applied, memory.UNBOUNDED, 6)
         forces = memory.numbers(generalized, 1, memory.UNBOUNDED)[0]
         # Numbers may have changed since the last step; those of large tables are read once.
-        find_error(model, table, kinds, False, error)
+        at_start = memory.numbers(data + offsets.time, 1, 1)[0, 0] == 0.0
+        extent = error_numbers.AT_START if at_start else error_numbers.IN_STEP
+        find_error(model, table, kinds, extent, error)
         if words[0] >= 0:
             return 0
         m, d = memory.words(model, memory.UNBOUNDED), memory.words(data, memory.UNBOUNDED)

@@ -7,18 +7,22 @@ whatever the quadrature.
 
 import numpy as np
 
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.meshes import MESH, MOST_FACES
+from magmotor.mjcf.forces.disk_points import DISK_STARTS, DISK_WEIGHTS, DISK_X, DISK_Y
+from magmotor.mjcf.forces.mesh_charges import set_mesh_charges
 from magmotor.mjcf.forces.shaped_magnets import FRAME, KIND, LENGTHS, POLARIZATION, POSITION
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.elementary import cosine, sine
 
 ORDERS = (2, 3, 4, 6, 8)
-"""Numbers of Gauss points along an edge, across a disk, or from pole to pole."""
+"""Numbers of Gauss points along an edge, the side of a cylinder, or from pole to pole."""
 
-MOST, PLACES, ROWS = 6 * ORDERS[-1] ** 2, 7, 10
-"""Largest number of charges; rows for them: points x y z, charges, the fields there, and from
-`PLACES` on other places; and how many rows there are."""
+MOST, PLACES, ROWS = MOST_FACES, 9, 12
+"""Largest number of charges, a multiple of eight; rows for them: points x y z, charges, the fields
+there, two for the field of a mesh, and from `PLACES` on other places; and how many rows there
+are."""
 
 _HALVES = (
     (0.5773502691896257, 0.5),
@@ -59,15 +63,25 @@ def set_charges(room, row, level):
 
     The order is `ORDERS[level]`. Charges are in the world's frame.
     """
+    x, w = gauss_rule(level)
+    kind = int(row[KIND])
+    if kind == MESH:
+        return set_mesh_charges(room, row, level, ORDERS, _POINTS, _WEIGHTS)
+    if kind == CAPSULE:
+        return _capsule(room, row, x, w)
+    if kind == BOX:
+        return _box(room, row, x, w)
+    return _cylinder(room, row, level, x, w) if kind == CYLINDER else _ellipsoid(room, row, x, w)
+
+
+@subroutine
+def gauss_rule(level):
+    """Return the Gauss points between -1 and 1 of an order, and their weights, whose sum is 1."""
     order = ORDERS[level]
     start = 0
     for k in range(level):
         start += ORDERS[k]
-    x, w = _POINTS[start : start + order], _WEIGHTS[start : start + order]
-    kind = int(row[KIND])
-    if kind == BOX:
-        return _box(room, row, x, w)
-    return _cylinder(room, row, x, w) if kind == CYLINDER else _ellipsoid(room, row, x, w)
+    return _POINTS[start : start + order], _WEIGHTS[start : start + order]
 
 
 @subroutine
@@ -119,24 +133,63 @@ def _box(room, row, x, w):
 
 
 @subroutine
-def _cylinder(room, row, x, w):
+def _cylinder(room, row, level, x, w):
     """Write the charges of the faces and of the side of a cylinder."""
     radius, half = row[LENGTHS], row[LENGTHS + 1]
     jx, jy, jz = row[POLARIZATION], row[POLARIZATION + 1], row[POLARIZATION + 2]
-    count, corners = 0, 2 * len(x)
-    face, side = np.pi * radius * radius / corners, 4.0 * np.pi * radius * half / corners
+    count = _disks(room, row, DISK_STARTS[level], DISK_STARTS[level + 1]) if jz != 0.0 else 0
+    corners = 2 * len(x) if jx != 0.0 or jy != 0.0 else 0
     for k in range(corners):
         turns = (k + 0.5) / corners
         nx, ny = cosine(turns), sine(turns)
+        side = 4.0 * np.pi * radius * half / corners * (jx * nx + jy * ny)
         for i in range(len(x)):
-            if jz != 0.0:
-                distance = radius * (0.5 + 0.5 * x[i]) ** 0.5
-                u, v, charge = distance * nx, distance * ny, jz * face * w[i]
-                count = _put(room, count, row, u, v, half, charge)
-                count = _put(room, count, row, u, v, -half, -charge)
-            if jx != 0.0 or jy != 0.0:
-                charge = (jx * nx + jy * ny) * side * w[i]
-                count = _put(room, count, row, radius * nx, radius * ny, half * x[i], charge)
+            u, v, charge = radius * nx, radius * ny, side * w[i]
+            count = _put(room, count, row, u, v, half * x[i], charge)
+    return count
+
+
+@subroutine
+def _disks(room, row, first, end):
+    """Write the charges of the faces of a cylinder; the loop is vectorized."""
+    radius, half = row[LENGTHS], row[LENGTHS + 1]
+    total, count = np.pi * radius * radius * row[POLARIZATION + 2], end - first
+    unit_x, unit_y, weights = DISK_X[first:end], DISK_Y[first:end], DISK_WEIGHTS[first:end]
+    for axis in range(3):
+        upper, lower = room[axis, :count], room[axis, count : 2 * count]
+        place = FRAME + 3 * axis
+        along_x, along_y, up = radius * row[place], radius * row[place + 1], half * row[place + 2]
+        center = row[POSITION + axis]
+        for k in range(count):
+            across = center + (along_x * unit_x[k] + along_y * unit_y[k])
+            upper[k], lower[k] = across + up, across - up
+    upper, lower = room[3, :count], room[3, count : 2 * count]
+    for k in range(count):
+        upper[k], lower[k] = total * weights[k], -total * weights[k]
+    return 2 * count
+
+
+def _capsule(room, row, x, w):
+    """Write the charges of the caps and of the side of a capsule."""
+    radius, half = row[LENGTHS], row[LENGTHS + 1]
+    jx, jy, jz = row[POLARIZATION], row[POLARIZATION + 1], row[POLARIZATION + 2]
+    count, corners = 0, 2 * len(x)
+    cap, side = 2.0 * np.pi * radius * radius / corners, 4.0 * np.pi * radius * half / corners
+    for k in range(corners):
+        turns = (k + 0.5) / corners
+        nx, ny = cosine(turns), sine(turns)
+        across = jx * nx + jy * ny
+        for i in range(len(x)):
+            if across != 0.0:
+                u, v, charge = radius * nx, radius * ny, side * w[i] * across
+                count = _put(room, count, row, u, v, half * x[i], charge)
+            nz = 0.5 + 0.5 * x[i]
+            level = (1.0 - nz * nz) ** 0.5
+            u, v, height = radius * level * nx, radius * level * ny, half + radius * nz
+            charge = cap * w[i] * (level * across + nz * jz)
+            count = _put(room, count, row, u, v, height, charge)
+            charge = cap * w[i] * (level * across - nz * jz)
+            count = _put(room, count, row, u, v, -height, charge)
     return count
 
 

@@ -26,9 +26,8 @@ from magmotor.mjcf.forces.faces import (
     window,
 )
 from magmotor.mjcf.forces.iron_pieces import FRAME, POSITION, SUSCEPTIBILITY
-from magmotor.mjcf.forces.shape_distances import order_of_charges, support
+from magmotor.mjcf.forces.shape_distances import order_of_charges, support, thickness_of
 from magmotor.mjcf.forces.shape_fields import set_continued_fields, set_continued_potentials
-from magmotor.mjcf.forces.shaped_magnets import LENGTHS as LENGTHS_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import POSITION as POSITION_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import RADIUS, in_frame, in_world
 from magmotor.numerics.deferred import subroutine
@@ -98,9 +97,7 @@ def _lift_from(piece, shape, place, face):
     nx, ny, nz = _normal(piece, face)
     dx, dy, dz = support(shape, -nx, -ny, -nz)
     extent = -(nx * dx + ny * dy + nz * dz)
-    p = LENGTHS_OF_SHAPE
-    thickness = 2.0 * min(shape[p], shape[p + 1], shape[p + 2])
-    return lift(face, place, extent, shape[RADIUS], thickness)
+    return lift(face, place, extent, shape[RADIUS], thickness_of(shape))
 
 
 @subroutine

@@ -5,7 +5,7 @@ applied fields and images at its node, and the reaction acts on the source, at t
 """
 
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
-from magmotor.mjcf.forces.applied_fields import OWNER, acts_on, field_and_gradient
+from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
 from magmotor.mjcf.forces.charge_pairs import add_fields
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
@@ -22,13 +22,19 @@ from magmotor.mjcf.forces.iron_pieces import (
     dipole_of_piece,
     nodes_of,
 )
-from magmotor.mjcf.forces.iron_potentials import acts_as_shape, lower_charges, place_charges
+from magmotor.mjcf.forces.iron_potentials import (
+    acts_as_shape,
+    field_along_line,
+    lower_charges,
+    place_charges,
+)
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
 from magmotor.mjcf.forces.shape_fields import flux_of_dipole
 from magmotor.mjcf.forces.shape_wrenches import (
     add_both,
     charges_at_shape,
     dipole_at_dipole,
+    pad_charges,
     wrench_of_charges,
 )
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
@@ -36,6 +42,7 @@ from magmotor.mjcf.forces.shaped_magnets import MOVES as SHAPE_MOVES
 from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import dipole_of
 from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 
 @subroutine
@@ -72,12 +79,15 @@ def energy_of_images(state):
 
 @subroutine
 def _charges(state, piece, mirror):
-    """Write the charges of a piece to the room, reflected if there is a mirror; return how many."""
+    """Write the charges of a piece to the room, reflected if there is a mirror.
+
+    Returns how many there are, with zeros up to a multiple of eight.
+    """
     own, room = nodes_of(state.nodes, piece), state.room
     count = place_charges(room, own, mirror)
     for k in range(count):
         room[3, k] = own[CHARGE, k]
-    return count
+    return pad_charges(room, count)
 
 
 @subroutine
@@ -181,13 +191,20 @@ def _add_pair(state, i, j, mirror, factor, center, applied):
 @subroutine
 def _add_field(state, piece, row, m, offsets, center, applied):
     """Add the wrench of an applied field on a piece, and the reaction on the body of the field."""
-    room = state.room
+    room, own = state.room, nodes_of(state.nodes, piece)
     count = _charges(state, piece, NO_MIRROR)
-    for k in range(count):
-        f = field_and_gradient(row, room[0, k], room[1, k], room[2, k], m, offsets)
-        room[4, k], room[5, k], room[6, k] = f[0], f[1], f[2]
+    fx = fy = fz = 0.0
+    for k in range(own.shape[1], count):
+        room[4, k] = room[5, k] = room[6, k] = 0.0
+    for k in range(own.shape[1]):
+        f = field_along_line(piece, own, k, row, m, offsets)
+        room[4, k], room[5, k], room[6, k] = f[1], f[2], f[3]
+        charge = room[3, k] / VACUUM_PERMEABILITY
+        fx, fy, fz = fx + charge * f[4], fy + charge * f[5], fz + charge * f[6]
     target = (*center_of(piece), 0.0, 0.0, 0.0)
-    change = (*wrench_of_charges(room, count, target), 0.0)
+    wrench = wrench_of_charges(room, count, target)
+    force = wrench[0] + fx, wrench[1] + fy, wrench[2] + fz
+    change = (*force, wrench[3], wrench[4], wrench[5], 0.0)
     add_both(
         int(piece[BODY]), piece[MOVES] > 0.0, int(row[OWNER]), row[OWNER_MOVES] > 0.0,
         target, change, NO_MIRROR, 1.0, center, applied,

@@ -43,6 +43,18 @@ def mirrored(mirror, target):
 
 
 @subroutine
+def mirrored_pose(mirror, pose):
+    """Return the center and the frame of a reflected magnet; its axes are of the other hand."""
+    cx, cy, cz, xx, yx, zx, xy, yy, zy, xz, yz, zz = pose
+    place = mirrored(mirror, (cx, cy, cz, xx, xy, xz))
+    y, z = reflected(mirror, yx, yy, yz), reflected(mirror, zx, zy, zz)
+    return (
+        place[0], place[1], place[2],
+        place[3], y[0], z[0], place[4], y[1], z[1], place[5], y[2], z[2],
+    )  # fmt: skip
+
+
+@subroutine
 def add_image(total, there, mirror):
     """Add the force and the field of images on a target to those of other sources.
 

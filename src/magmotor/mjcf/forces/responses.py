@@ -34,6 +34,9 @@ ROWS = 6
 BITS = 8
 """Responses are kept in 2^8 lists."""
 
+MARK = b"MAGIRON1"
+"""The first eight bytes of a file of responses."""
+
 _lists = (ctypes.c_int64 * (1 << BITS))()
 _lists_address = memory.variable("magmotor_responses_address")
 _compute = External("magmotor_compute_response", types.int64(types.int64, types.int64, types.int64))
@@ -112,3 +115,9 @@ def _block(key: tuple[float, ...], response: Any) -> Any:
     rows[:3, :count], rows[3:ROWS, :count] = response.points.T, response.areas.T
     rows[ROWS:, :count] = response.matrix
     return words
+
+
+def kept() -> list[Any]:
+    """Return the words of all responses that this process has computed."""
+    with _lock:
+        return list(_kept.values())

@@ -2,7 +2,9 @@
 
 import math
 
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
+from magmotor.dipoles import inner
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.meshes import MESH
 from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.mjcf.forces.shaped_magnets import (
     KIND,
@@ -13,8 +15,12 @@ from magmotor.mjcf.forces.shaped_magnets import (
     dipole_of,
     in_frame,
     in_world,
+    polyhedron_of,
 )
+from magmotor.numerics.constants import COUNT
 from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.shapes.polyhedron import reach_along
+from magmotor.numerics.simd import broadcast, lane_numbers, load, minimum, where_less
 
 FAR, FAR_SPREAD = 2.0, 1000.0
 """Two magnets are dipoles for each other from this many radii of both on, if the squared distance
@@ -62,11 +68,17 @@ def order_of_charges(row, other, mirror):
     else:
         nx, ny, nz = x - place[0], y - place[1], z - place[2]
     distance = math.sqrt(nx * nx + ny * ny + nz * nz)
-    gap = distance - _extent(row, x - place[0], y - place[1], z - place[2], distance)
+    gap = distance - _extent(row, place[0] - x, place[1] - y, place[2] - z, distance)
     gap -= _extent(other, nx, ny, nz, distance)
+    return level_of_gap(gap, row[RADIUS])
+
+
+@subroutine
+def level_of_gap(gap, radius):
+    """Return the order of the charges of a magnet with a radius at a gap."""
     level = 0
     for k in range(len(CLOSE)):
-        level += gap < CLOSE[k] * row[RADIUS]
+        level += gap < CLOSE[k] * radius
     return level
 
 
@@ -79,6 +91,11 @@ def _extent(row, x, y, z, distance):
         return (abs(x) * a + abs(y) * b + abs(z) * c) / distance
     if int(row[KIND]) == CYLINDER:
         return (math.sqrt(x * x + y * y) * a + abs(z) * b) / distance
+    if int(row[KIND]) == CAPSULE:
+        return a + abs(z) * b / distance
+    if int(row[KIND]) == MESH:
+        vertices, faces, center, _ = polyhedron_of(row)
+        return reach_along(vertices, faces, center, x, y, z) / distance
     return math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c) / distance
 
 
@@ -93,8 +110,31 @@ def support(row, x, y, z):
         across = math.sqrt(x * x + y * y)
         scale = a / across if across > 1e-9 else 0.0  # a cylinder that lies flat touches evenly
         return in_world(row, scale * x, scale * y, math.copysign(b, z))
+    if int(row[KIND]) == CAPSULE:
+        scale = a / math.sqrt(x * x + y * y + z * z)
+        return in_world(row, scale * x, scale * y, scale * z + math.copysign(b, z))
+    if int(row[KIND]) == MESH:
+        vertices, _, center, _ = polyhedron_of(row)
+        farthest, best = -math.inf, 0
+        for k in range(len(vertices)):
+            reach = vertices[k, 0] * x + vertices[k, 1] * y + vertices[k, 2] * z
+            if reach > farthest:
+                farthest, best = reach, k
+        v = vertices[best]
+        return in_world(row, v[0] - center[0], v[1] - center[1], v[2] - center[2])
     scale = 1.0 / math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c)
     return in_world(row, scale * a * a * x, scale * b * b * y, scale * c * c * z)
+
+
+@subroutine
+def thickness_of(row):
+    """Return the least width of a magnet, or an estimate of a mesh's."""
+    a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
+    if int(row[KIND]) == MESH:
+        return row[RADIUS]
+    if int(row[KIND]) in (CAPSULE, CYLINDER):
+        return 2.0 * (min(a, b) if int(row[KIND]) == CYLINDER else a)
+    return 2.0 * min(a, b, c)
 
 
 @subroutine
@@ -108,13 +148,28 @@ def farthest_squared(shapes):
 
 @subroutine
 def nearest_squared(table, first, number):
-    """Return the squared distance of a magnet to the nearest of those before it.
+    """Return the squared distance of a magnet to the nearest of those before it, or infinity.
 
-    The loop over the table of dipoles is fast.
+    In the table of dipoles, magnets by their geom begin at column `first`. Eight columns are read
+    at a time, so that up to seven other dipoles before these count, too.
     """
-    x, y, z = table[0], table[1], table[2]
-    target, nearest = first + number, math.inf
-    for k in range(first, target):
-        dx, dy, dz = x[k] - x[target], y[k] - y[target], z[k] - z[target]
-        nearest = min(nearest, dx * dx + dy * dy + dz * dz)
-    return nearest
+    target = first + number
+    place = broadcast(table[0, target]), broadcast(table[1, target]), broadcast(table[2, target])
+    last, far = target // COUNT * COUNT, broadcast(math.inf)
+    others = _eight_squares(table, last, place)
+    nearest = where_less(lane_numbers(), broadcast(float(target - last)), others, far)
+    for j in range(first // COUNT * COUNT, last, COUNT):
+        square = _eight_squares(table, j, place)
+        nearest = where_less(square, nearest, square, nearest)
+    return minimum(nearest)
+
+
+@subroutine(forceinline=True)
+def _eight_squares(table, j, place):
+    """Return the squared distances of a point from the dipoles in columns j to j + 7."""
+    x, y, z = (
+        place[0] - load(table, 0, j),
+        place[1] - load(table, 1, j),
+        place[2] - load(table, 2, j),
+    )
+    return inner(x, y, z, x, y, z)

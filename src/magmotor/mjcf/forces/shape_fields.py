@@ -2,7 +2,10 @@
 
 import math
 
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
+from magmotor.mjcf import memory
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
+from magmotor.mjcf.declarations.meshes import MESH
+from magmotor.mjcf.forces.charges import ROWS
 from magmotor.mjcf.forces.mirror import mirrored, reflected
 from magmotor.mjcf.forces.shape_distances import is_near, squared_distance
 from magmotor.mjcf.forces.shaped_magnets import (
@@ -13,6 +16,7 @@ from magmotor.mjcf.forces.shaped_magnets import (
     dipole_of,
     in_frame,
     in_world,
+    polyhedron_of,
 )
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -22,6 +26,12 @@ from magmotor.numerics.shapes.box import (
     box_continued_field,
     box_continued_potential,
     box_field,
+)
+from magmotor.numerics.shapes.capsule import (
+    capsule_contains,
+    capsule_continued_potential,
+    capsule_field,
+    set_continued_capsule_fields,
 )
 from magmotor.numerics.shapes.cylinder import (
     cylinder_contains,
@@ -36,6 +46,11 @@ from magmotor.numerics.shapes.ellipsoid import (
     ellipsoid_field,
     sphere_continued_field,
     sphere_continued_potential,
+)
+from magmotor.numerics.shapes.polyhedron import (
+    continued_polyhedron_potential,
+    set_continued_polyhedron_fields,
+    set_polyhedron_fields,
 )
 
 
@@ -59,9 +74,16 @@ def set_continued_fields(room, count, row):
     elif int(row[KIND]) == BOX:
         for k in range(count):
             hx[k], hy[k], hz[k] = box_continued_field(x[k], y[k], z[k], a, b, c, jx, jy, jz)
+    elif int(row[KIND]) == CYLINDER and jx == 0.0 and jy == 0.0:
+        for k in range(count):
+            hx[k], hy[k], hz[k] = cylinder_continued_field(x[k], y[k], z[k], a, b, 0.0, 0.0, jz)
     elif int(row[KIND]) == CYLINDER:
         for k in range(count):
             hx[k], hy[k], hz[k] = cylinder_continued_field(x[k], y[k], z[k], a, b, jx, jy, jz)
+    elif int(row[KIND]) == CAPSULE:
+        set_continued_capsule_fields(room, count, (a, b, jx, jy, jz))
+    elif int(row[KIND]) == MESH:
+        set_continued_polyhedron_fields(room, count, polyhedron_of(row))
     else:
         for k in range(count):
             hx[k], hy[k], hz[k] = ellipsoid_continued_field(x[k], y[k], z[k], a, b, c, jx, jy, jz)
@@ -83,6 +105,13 @@ def set_continued_potentials(room, count, row):
     elif int(row[KIND]) == CYLINDER:
         for k in range(count):
             phi[k] = cylinder_continued_potential(x[k], y[k], z[k], a, b, jx, jy, jz)
+    elif int(row[KIND]) == CAPSULE:
+        for k in range(count):
+            phi[k] = capsule_continued_potential(x[k], y[k], z[k], a, b, jx, jy, jz)
+    elif int(row[KIND]) == MESH:
+        polyhedron = polyhedron_of(row)
+        for k in range(count):
+            phi[k] = continued_polyhedron_potential((x[k], y[k], z[k]), polyhedron)
     else:
         for k in range(count):
             phi[k] = ellipsoid_continued_potential(x[k], y[k], z[k], a, b, c, jx, jy, jz)
@@ -99,6 +128,14 @@ def flux_density(row, x, y, z):
     elif int(row[KIND]) == CYLINDER:
         hx, hy, hz = cylinder_field(x, y, z, a, b, jx, jy, jz)
         inside = cylinder_contains(x, y, z, a, b)
+    elif int(row[KIND]) == CAPSULE:
+        hx, hy, hz = capsule_field(x, y, z, a, b, jx, jy, jz)
+        inside = capsule_contains(x, y, z, a, b)
+    elif int(row[KIND]) == MESH:
+        one = memory.numbers(memory.row_on_stack(), ROWS, 1)
+        one[0, 0], one[1, 0], one[2, 0] = x, y, z
+        set_polyhedron_fields(one, 1, polyhedron_of(row))
+        hx, hy, hz, inside = one[4, 0], one[5, 0], one[6, 0], one[7, 0] < 0.0
     else:
         hx, hy, hz = ellipsoid_field(x, y, z, a, b, c, jx, jy, jz)
         inside = ellipsoid_contains(x, y, z, a, b, c)

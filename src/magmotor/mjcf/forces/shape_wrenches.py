@@ -10,9 +10,10 @@ import math
 
 from magmotor.mjcf.forces.charges import set_charges, set_dipole
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
-from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
+from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole, padded
 from magmotor.mjcf.forces.dipole_table import MOVES as DIPOLES_MOVE
-from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
+from magmotor.mjcf.forces.facing_faces import NOTHING, facing_faces
+from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, mirrored_pose, reflected
 from magmotor.mjcf.forces.shape_distances import (
     farthest_squared,
     is_near,
@@ -32,11 +33,14 @@ from magmotor.mjcf.forces.shaped_magnets import (
     SPREAD,
     WELD,
     dipole_of,
-    in_frame,
+    in_pose,
     in_world,
+    pose_of,
 )
+from magmotor.numerics.constants import COUNT
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+from magmotor.numerics.simd import broadcast, load, total
 
 
 @subroutine
@@ -70,14 +74,16 @@ def charges_at_shape(room, count, center, row, wanted):
     continues the one outside; the energy is `wanted` only if asked for. The charges, in the world's
     frame, are taken to that of the magnet.
     """
+    pose, (xs, ys, zs) = pose_of(row), (room[0], room[1], room[2])
     for k in range(count):
-        x, y, z = in_frame(row, room[0, k], room[1, k], room[2, k])
-        room[0, k], room[1, k], room[2, k] = x, y, z
+        xs[k], ys[k], zs[k] = in_pose(pose, xs[k], ys[k], zs[k])
     if wanted:
         set_continued_potentials(room, count, row)
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, energy_of_charges(room, count)
+    count = pad_charges(room, count)
     set_continued_fields(room, count, row)
-    wrench = wrench_of_charges(room, count, in_frame(row, center[0], center[1], center[2]))
+    center = in_pose(pose, center[0], center[1], center[2])
+    wrench = wrench_of_charges(room, count, center)
     force = in_world(row, wrench[0], wrench[1], wrench[2])
     torque = in_world(row, wrench[3], wrench[4], wrench[5])
     return (*force, *torque, 0.0)
@@ -93,31 +99,46 @@ def energy_of_charges(room, count):
 
 
 @subroutine
-def wrench_of_charges(room, count, center):
-    """Return the force and the torque about a center on charges in the fields in rows 4 to 6."""
-    fx = fy = fz = tx = ty = tz = 0.0
-    for k in range(count):
-        charge = room[3, k]
-        hx, hy, hz = charge * room[4, k], charge * room[5, k], charge * room[6, k]
-        fx, fy, fz = fx + hx, fy + hy, fz + hz
-        x, y, z = room[0, k] - center[0], room[1, k] - center[1], room[2, k] - center[2]
-        tx, ty, tz = tx + y * hz - z * hy, ty + z * hx - x * hz, tz + x * hy - y * hx
-    per = 1.0 / VACUUM_PERMEABILITY
-    return per * fx, per * fy, per * fz, per * tx, per * ty, per * tz
+def pad_charges(room, count):
+    """Add charges of zero up to a multiple of eight, as `wrench_of_charges` needs; return it."""
+    end = padded(count)
+    for k in range(count, end):
+        room[0, k], room[1, k], room[2, k], room[3, k] = room[0, 0], room[1, 0], room[2, 0], 0.0
+    return end
 
 
 @subroutine
-def _correction(room, count, target, row, mirror, wanted):
+def wrench_of_charges(room, count, center):
+    """Return the force and the torque about a center on charges in the fields in rows 4 to 6.
+
+    Their number is a multiple of eight; see `pad_charges`.
+    """
+    cx, cy, cz = broadcast(center[0]), broadcast(center[1]), broadcast(center[2])
+    fx = fy = fz = tx = ty = tz = broadcast(0.0)
+    for k in range(0, count, COUNT):
+        charge = load(room, 3, k)
+        hx, hy, hz = charge * load(room, 4, k), charge * load(room, 5, k), charge * load(room, 6, k)
+        fx, fy, fz = fx + hx, fy + hy, fz + hz
+        x, y, z = load(room, 0, k) - cx, load(room, 1, k) - cy, load(room, 2, k) - cz
+        tx, ty, tz = tx + (y * hz - z * hy), ty + (z * hx - x * hz), tz + (x * hy - y * hx)
+    per = 1.0 / VACUUM_PERMEABILITY
+    force = per * total(fx), per * total(fy), per * total(fz)
+    return (*force, per * total(tx), per * total(ty), per * total(tz))
+
+
+@subroutine
+def _correction(room, count, target, row, mirror, more, wanted):
     """Return what charges instead of a dipole, and a shape instead of a dipole, change.
 
     `target` is the dipole that the charges replace; torques are about its position. With a mirror,
-    the charges are in the field of the image of the magnet.
+    the charges are in the field of the image of the magnet. What they miss is added as `more`: it
+    is that of their image, then.
     """
     source = dipole_of(row)
     if mirror[0] == 0.0:
         true = charges_at_shape(room, count, target, row, wanted)
         point = dipole_at_dipole(target, source)
-        return _difference(true, point)
+        return _difference(true, point, more)
     # The charges of an image are opposite, and reflected; so is the field, instead of the magnet.
     for k in range(count):
         place = mirrored(mirror, (room[0, k], room[1, k], room[2, k], 0.0, 0.0, 0.0))
@@ -126,7 +147,7 @@ def _correction(room, count, target, row, mirror, wanted):
     # A dipole's moment is reflected as a vector, which the force on it takes into account.
     true = charges_at_shape(room, count, there, row, wanted)
     point = dipole_at_dipole(there, source)
-    change = _difference(true, point)
+    change = _difference(true, point, more)
     strength = mirror[0]
     force = reflected(mirror, change[0], change[1], change[2])
     torque = reflected(mirror, change[3], change[4], change[5])
@@ -138,11 +159,12 @@ def _correction(room, count, target, row, mirror, wanted):
 
 
 @subroutine
-def _difference(one, other):
+def _difference(one, other, more):
+    """Return what one wrench, with more of it, and an energy differ from others."""
     return (
-        one[0] - other[0], one[1] - other[1], one[2] - other[2],
-        one[3] - other[3], one[4] - other[4], one[5] - other[5],
-        one[6] - other[6],
+        one[0] - other[0] + more[0], one[1] - other[1] + more[1], one[2] - other[2] + more[2],
+        one[3] - other[3] + more[3], one[4] - other[4] + more[4], one[5] - other[5] + more[5],
+        one[6] - other[6] + more[6],
     )  # fmt: skip
 
 
@@ -226,8 +248,12 @@ def _pair(one, two, room, mirror, factor, center, applied, wanted):
         place = mirrored(mirror, place)
     if not is_near(row, place[0], place[1], place[2], reach_of(other), other[SPREAD]):
         return 0.0
-    count = set_charges(room, row, order_of_charges(row, other, mirror))
-    change = _correction(room, count, target, other, mirror, wanted)
+    level, pose = order_of_charges(row, other, mirror), pose_of(row)
+    if mirror[0] != 0.0:
+        pose = mirrored_pose(mirror, pose)
+    level, more = facing_faces(room, pose, row, other, level, wanted)
+    count = set_charges(room, row, level)
+    change = _correction(room, count, target, other, mirror, more, wanted)
     if not wanted:
         add_both(
             int(row[BODY]), row[MOVES] > 0.0, int(other[BODY]), other[MOVES] > 0.0,
@@ -245,7 +271,7 @@ def _dipole_and_shape(target, body, moves, row, room, mirror, center, applied, w
     if not is_near(row, place[0], place[1], place[2], 0.0, 0.0):
         return 0.0
     count = set_dipole(room, target, row[RADIUS])
-    change = _correction(room, count, target, row, mirror, wanted)
+    change = _correction(room, count, target, row, mirror, NOTHING, wanted)
     if not wanted:
         add_both(
             body, moves, int(row[BODY]), row[MOVES] > 0.0,

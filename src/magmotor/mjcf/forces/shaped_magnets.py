@@ -5,21 +5,25 @@ Far away, a magnet is a dipole in the table of `dipole_table.py`. Near others, i
 """
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.declarations.iron import BOX, CYLINDER
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER
+from magmotor.mjcf.declarations.meshes import MESH, in_frame_of_mesh, mesh_of
 from magmotor.mjcf.declarations.shapes import is_magnet, polarization_of
 from magmotor.mjcf.declarations.table import shapes
 from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+from magmotor.numerics.shapes.polyhedron import farthest_squared, moments_of
 
 GEOM, KIND, LENGTHS, POLARIZATION, POSITION, FRAME = 0, 1, 2, 5, 8, 11
-"""Columns: the geom, its type and sizes; the polarization in T in its frame, divided by the scale
-of moments; its center; and its frame, row by row."""
+"""Columns: the geom, its type and sizes, or of a mesh the center in the frame of its vertices; the
+polarization in T in its frame, divided by the scale of moments; its center; and its frame, row by
+row."""
 
-RADIUS, SPREAD, MOMENT, BODY, WELD, MOVES, COLUMNS = 20, 21, 22, 25, 26, 27, 28
+RADIUS, SPREAD, MOMENT, BODY, WELD, MOVES, MESH_COLUMNS, COLUMNS = 20, 21, 22, 25, 26, 27, 28, 32
 """Further columns: the radius of the sphere around it; the largest difference of its second
 moments; its moment along the axes of the world; its body, the rigid body of that, and the degrees
-of freedom of that; and how many columns there are."""
+of freedom of that; the addresses and numbers of the vertices and faces of a mesh, as bits; and how
+many columns there are."""
 
 
 @subroutine
@@ -33,30 +37,72 @@ def read_shapes(rows, scale, table, m, d, offsets):
     sizes = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
     frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
-    count = 0
+    count, inverse = 0, 1.0 / scale
     for found in shapes(table):
         geom = found.geom
         if not is_magnet(geom, m, offsets):
             continue
         row, kind, size = rows[count], kinds[geom], sizes[geom]
-        a, b, c, volume = ellipsoid(kind, size[0], size[1], size[2])
         row[GEOM], row[KIND] = geom, kind
         row[BODY], row[WELD], row[MOVES] = found.body, found.weld, found.freedoms
-        row[RADIUS], row[SPREAD] = _extent(kind, a, b, c)
-        # A cylinder has its radius and half its length, other shapes have three half lengths.
-        row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, c if kind == CYLINDER else b, c
-        for k, number in enumerate(polarization_of(geom, m, offsets)):
-            row[POLARIZATION + k] = number / scale
+        x, y, z = polarization_of(geom, m, offsets)
+        if kind == MESH:
+            x, y, z = in_frame_of_mesh(geom, x, y, z, m, offsets)
+            volume = _read_mesh(row, geom, m, offsets)
+        else:
+            volume = _read_sizes(row, kind, size)
+        row[POLARIZATION] = inverse * x
+        row[POLARIZATION + 1] = inverse * y
+        row[POLARIZATION + 2] = inverse * z
         for k in range(9):
             row[FRAME + k] = frame[geom, k]
+        magnetic = volume / VACUUM_PERMEABILITY
         for k in range(3):
-            row[POSITION + k] = position[geom, k]
-            total = 0.0
+            total, shift = 0.0, 0.0
             for i in range(3):
                 total += frame[geom, 3 * k + i] * row[POLARIZATION + i]
-            row[MOMENT + k] = total * volume / VACUUM_PERMEABILITY
+                shift += frame[geom, 3 * k + i] * row[LENGTHS + i]
+            row[POSITION + k] = position[geom, k] + (shift if kind == MESH else 0.0)
+            row[MOMENT + k] = magnetic * total
         count += 1
     return count
+
+
+@subroutine
+def _read_sizes(row, kind, size):
+    """Write the sizes of a geom that is no mesh, and its extent; return its volume."""
+    a, b, c, volume = ellipsoid(kind, size[0], size[1], size[2])
+    row[RADIUS], row[SPREAD] = _extent(kind, a, b, c)
+    if kind in (CYLINDER, CAPSULE):  # the radius and half the length; others have three
+        b = size[1]
+    row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, b, c
+    return volume
+
+
+@subroutine
+def _read_mesh(row, geom, m, offsets):
+    """Write where a mesh is, its center and extent; return its volume."""
+    vertices, faces = mesh_of(geom, m, offsets)
+    words = memory.words(row.ctypes.data + 8 * MESH_COLUMNS, 4)
+    words[0], words[1] = vertices.ctypes.data, len(vertices)
+    words[2], words[3] = faces.ctypes.data, len(faces)
+    volume, center, moments = moments_of(vertices, faces)
+    row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = center
+    row[RADIUS] = farthest_squared(vertices, faces, center) ** 0.5
+    row[SPREAD] = max(moments) - min(moments)
+    return volume
+
+
+@subroutine
+def polyhedron_of(row):
+    """Return the vertices and faces of a mesh, its center among them, and its polarization."""
+    words = memory.words(row.ctypes.data + 8 * MESH_COLUMNS, 4)
+    return (
+        memory.singles(words[0], words[1], 3),
+        memory.rows_of_integers(words[2], words[3], 3),
+        (row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]),
+        (row[POLARIZATION], row[POLARIZATION + 1], row[POLARIZATION + 2]),
+    )
 
 
 @subroutine
@@ -71,6 +117,12 @@ def _extent(kind, a, b, c):
         radius, x, y, z = (x + y + z) ** 0.5, x / 3.0, y / 3.0, z / 3.0
     elif kind == CYLINDER:
         radius, x, y, z = (x + z) ** 0.5, x / 4.0, y / 4.0, z / 3.0
+    elif kind == CAPSULE:
+        radius, half = c, c - a
+        per, ends = 1.0 / (2.0 * half + 4.0 / 3.0 * a), 2.0 / 3.0 * a
+        y = per * x * (0.5 * half + 0.4 * ends)
+        z = per * 2.0 * (half**3 / 3.0 + ends * (half * half + 0.75 * half * a + 0.2 * x))
+        x = y
     else:
         radius, x, y, z = max(a, b, c), x / 5.0, y / 5.0, z / 5.0
     return radius, max(x, y, z) - min(x, y, z)
@@ -86,14 +138,36 @@ def dipole_of(row):
 
 
 @subroutine
-def in_frame(row, x, y, z):
-    """Return a point in the frame of a magnet."""
-    dx, dy, dz = x - row[POSITION], y - row[POSITION + 1], z - row[POSITION + 2]
+def pose_of(row):
+    """Return the center of a magnet, and its frame, row by row."""
     return (
-        row[FRAME] * dx + row[FRAME + 3] * dy + row[FRAME + 6] * dz,
-        row[FRAME + 1] * dx + row[FRAME + 4] * dy + row[FRAME + 7] * dz,
-        row[FRAME + 2] * dx + row[FRAME + 5] * dy + row[FRAME + 8] * dz,
+        row[POSITION], row[POSITION + 1], row[POSITION + 2],
+        row[FRAME], row[FRAME + 1], row[FRAME + 2],
+        row[FRAME + 3], row[FRAME + 4], row[FRAME + 5],
+        row[FRAME + 6], row[FRAME + 7], row[FRAME + 8],
+    )  # fmt: skip
+
+
+@subroutine
+def in_pose(pose, x, y, z):
+    """Return a point in the frame of a magnet."""
+    return along_axes(pose, x - pose[0], y - pose[1], z - pose[2])
+
+
+@subroutine
+def along_axes(pose, x, y, z):
+    """Return a vector of the world along the axes of a magnet."""
+    return (
+        pose[3] * x + pose[6] * y + pose[9] * z,
+        pose[4] * x + pose[7] * y + pose[10] * z,
+        pose[5] * x + pose[8] * y + pose[11] * z,
     )
+
+
+@subroutine
+def in_frame(row, x, y, z):
+    """Return the same by the row of the magnet."""
+    return in_pose(pose_of(row), x, y, z)
 
 
 @subroutine

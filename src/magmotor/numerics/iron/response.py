@@ -17,18 +17,24 @@ times the field at the nodes, is its exact derivative, and so is the opposite on
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_triangular
 
 from magmotor.common.arrays import Array
-from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 from magmotor.numerics.iron import meshes
 from magmotor.numerics.iron.coulomb import RULE_OF_SEVEN, mutual_energies
 from magmotor.numerics.iron.interior import neumann_to_dirichlet, neumann_to_dirichlet_of_box
-from magmotor.numerics.iron.nodes import CapsuleNodes, CylinderNodes, EllipsoidNodes, FlatNodes
+from magmotor.numerics.iron.nodes import (
+    CapsuleNodes,
+    CylinderNodes,
+    EllipsoidNodes,
+    FlatNodes,
+    RingNodes,
+)
 from magmotor.numerics.iron.unions import Union
 
 CHUNK = 128
@@ -252,7 +258,9 @@ def cylinders(
 def ellipsoid(semi_axes: ArrayLike, spacing: float, susceptibility: float) -> Response:
     """Compute the response of an ellipsoid, whose semi-axes (3,) are in m; see `of_geom`."""
     cells, nodes = meshes.ellipsoid(semi_axes, spacing), EllipsoidNodes(semi_axes, spacing)
-    return _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
+    found = _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
+    factors = np.array(demagnetizing_factors(*map(float, semi_axes)))
+    return _with_moments(found, found.volume / (1 / susceptibility + factors))
 
 
 def capsule(radius: float, half_length: float, spacing: float, susceptibility: float) -> Response:
@@ -262,6 +270,14 @@ def capsule(radius: float, half_length: float, spacing: float, susceptibility: f
         CapsuleNodes(radius, half_length, spacing),
     )
     return _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
+
+
+def _with_moments(found: Response, moments: Array) -> Response:
+    """Return a response that has the given moments in uniform fields along the axes."""
+    charges = found.matrix @ found.points
+    inverse = np.linalg.inv(found.points.T @ charges)
+    change = charges @ (inverse @ np.diag(moments) @ inverse - inverse) @ charges.T
+    return replace(found, matrix=found.matrix + change)
 
 
 def _response(
@@ -285,10 +301,18 @@ def _response(
     sign = math.copysign(1.0, susceptibility)
     half = solve_triangular(cholesky(sign * form, lower=True), means, lower=True)
     volume = meshes.outward(cells)[2].sum()
-    return Response(
-        nodes.points, sign * half.T @ half, each.T @ vectors, volume, susceptibility,
+    areas = each.T @ vectors
+    areas = volume * areas @ np.linalg.inv(nodes.points.T @ areas)  # exact for linear potentials
+    found = Response(
+        nodes.points, sign * half.T @ half, areas, volume, susceptibility,
         RADIUS * spacing, nodes.faces, np.asarray(center),
     )  # fmt: skip
+    if not isinstance(nodes, RingNodes):
+        return found
+    # The piece is as symmetric about its axis as nodes, in odd numbers on rings, are not.
+    moments = np.einsum("ki,kl,li->i", found.points, found.matrix, found.points)
+    moments[:2] = moments[:2].mean()
+    return _with_moments(found, moments)
 
 
 def panel_means(panels: Array, nodes: Nodes) -> Array:

@@ -40,7 +40,8 @@ DOUBLED = 2.0 ** (STEPS + 1)
 def cylinder_field(x, y, z, radius, half, jx, jy, jz):
     """Compute the field mu0 H of a uniformly polarized cylinder, outside or inside.
 
-    On the surface, this is the field just outside.
+    On the surface, this is the field just outside. Components of J across the axis that are zero
+    cost nothing, if the compiler knows them.
 
     Parameters
     ----------
@@ -68,8 +69,8 @@ def cylinder_potential(x, y, z, radius, half, jx, jy, jz):
     """
     r = math.sqrt(x * x + y * y)
     lower, upper = abs(z) + half, abs(z) - half
-    _, _, far, far_disk = _end(lower, r, radius)
-    _, _, near, near_disk = _end(upper, r, radius)
+    _, _, far, far_disk = end_terms(lower, r, radius)
+    _, _, near, near_disk = end_terms(upper, r, radius)
     phi = (x * jx + y * jy) * (lower * far - upper * near)
     return phi + math.copysign(0.25 / math.pi, z) * jz * (near_disk - far_disk)
 
@@ -120,19 +121,23 @@ def _field(x, y, z, radius, half, jx, jy, jz, within, trace, image):
     """
     r = math.sqrt(x * x + y * y)
     lower, upper = abs(z) + half, abs(z) - half
-    far_slope, far_solenoid, far, _ = _end(lower, r, radius)
-    near_slope, near_solenoid, near, _ = _end(upper, r, radius)
+    far_slope, far_solenoid, far, _ = end_terms(lower, r, radius)
+    near_slope, near_solenoid, near, _ = end_terms(upper, r, radius)
     slope = math.copysign(1.0, z) * (far_slope - near_slope)
     axial = within - (lower * far_solenoid - upper * near_solenoid)
-    across = lower * far - upper * near + 0.5 * (image - (within - trace))
-    outward = (trace - axial - 2.0 * across) / (r * r + TINY)
-    along = x * jx + y * jy
-    common = outward * along + slope * jz
-    return -across * jx - common * x, -across * jy - common * y, -axial * jz - slope * along
+    hx, hy, hz = -slope * jz * x, -slope * jz * y, -axial * jz
+    if jx != 0.0 or jy != 0.0:
+        across = lower * far - upper * near + 0.5 * (image - (within - trace))
+        along = x * jx + y * jy
+        outward = (trace - axial - 2.0 * across) / (r * r + TINY) * along
+        hx -= across * jx + outward * x
+        hy -= across * jy + outward * y
+        hz -= slope * along
+    return hx, hy, hz
 
 
 @twofold(forceinline=True)
-def _end(h, r, radius):
+def end_terms(h, r, radius):
     """Return the terms of N_rz/r, -N_zz/h and N_pp/h of an end, where h is the height above it.
 
     The fourth number is the potential of the end as a disk with the charge 1 per area.

@@ -18,6 +18,7 @@ import math
 
 from magmotor.numerics.deferred import twofold
 from magmotor.numerics.elementary import arctangent, logarithm
+from magmotor.numerics.rotations import TINY
 
 PER_SOLID_ANGLE = 0.25 / math.pi
 CUTOFF = 1e-12
@@ -44,7 +45,7 @@ def triangle_field(point, a, b, c, charge):
     tuple of float
         mu0 H in T.
     """
-    (x, y, z), _ = _integrals(point, a, b, c)
+    (x, y, z), _ = triangle_integrals(point, a, b, c)
     scale = PER_SOLID_ANGLE * charge
     return scale * x, scale * y, scale * z
 
@@ -55,59 +56,70 @@ def triangle_potential(point, a, b, c, charge):
 
     The parameters are those of `triangle_field`. The potential is zero at infinity.
     """
-    return PER_SOLID_ANGLE * charge * _integrals(point, a, b, c)[1]
+    return PER_SOLID_ANGLE * charge * triangle_integrals(point, a, b, c)[1]
 
 
 @twofold(forceinline=True)
-def edge_potential(a, b):
-    """Return the unit vector from a to b, and the integral of 1/r along that edge.
-
-    The vectors a and b are those from the point to the ends of the edge.
-    """
-    x, y, z = _difference(b, a)
-    length = math.sqrt(x * x + y * y + z * z)
-    along = x / length, y / length, z / length
-    middle = abs(_dot(along, a) + 0.5 * length)
-    ahead, behind = middle + 0.5 * length, middle - 0.5 * length
-    first, second = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
-    far, near = max(first, second), min(first, second)
-    across, least = _cross(a, along), CUTOFF * length
-    beyond = behind >= 0.0
-    ratio = (ahead + far) * (1.0 if beyond else near - behind)
-    ratio /= behind + near + least if beyond else _dot(across, across) + least * least
-    return along, logarithm(ratio)
+def plane_of(a, b, c):
+    """Return the unit normal of a triangle, and twice its area; 0 and 0 if that is none."""
+    x, y, z = _cross(_difference(b, a), _difference(c, a))
+    double = math.sqrt(x * x + y * y + z * z)
+    per = 1.0 / (double + TINY)
+    return (x * per, y * per, z * per), double
 
 
 @twofold(forceinline=True)
-def solid_angle(a, b, c, height, area):
+def solid_angle(a, b, c, height, double):
     """Return the solid angle of a triangle, with the sign of the point's height above its plane.
 
-    The vectors a, b and c are those from the point to the vertices.
+    The vectors a, b and c are those from the point to the vertices; twice the area is given.
     """
     p, q, r = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b)), math.sqrt(_dot(c, c))
     cosine = p * q * r + p * _dot(b, c) + q * _dot(a, c) + r * _dot(a, b)
-    return 2.0 * arctangent(2.0 * area * height, cosine)
+    return 2.0 * arctangent(double * height, cosine)
 
 
 @twofold(forceinline=True)
-def _integrals(point, a, b, c):
-    """Return the integrals of (r - r')/|r - r'|^3 and 1/|r - r'|."""
-    a, b, c = _difference(a, point), _difference(b, point), _difference(c, point)
-    x, y, z = _cross(_difference(b, a), _difference(c, a))
-    double = math.sqrt(x * x + y * y + z * z)
-    normal = x / double, y / double, z / double
-    height = 0.0 - _dot(normal, a)
-    angle = solid_angle(a, b, c, height, 0.5 * double)
+def triangle_integrals(point, a, b, c):
+    """Return the integrals of (r - r')/|r - r'|^3 and 1/|r - r'|.
+
+    What depends on the triangle only can be computed before a loop over points.
+    """
+    normal, double = plane_of(a, b, c)
+    p, q, r = _difference(a, point), _difference(b, point), _difference(c, point)
+    height = 0.0 - _dot(normal, p)
+    angle = solid_angle(p, q, r, height, double)
     x, y, z = normal[0] * angle, normal[1] * angle, normal[2] * angle
     integral = -height * angle
-    for first, second in ((a, b), (b, c), (c, a)):
-        along, potential = edge_potential(first, second)
+    for first, second, start, end in ((p, q, a, b), (q, r, b, c), (r, p, c, a)):
+        edge = _difference(end, start)
+        length = math.sqrt(_dot(edge, edge))
+        per = 1.0 / (length + TINY)
+        along = edge[0] * per, edge[1] * per, edge[2] * per
+        potential = _edge_potential(first, second, along, length)
         outward = _cross(along, normal)
         x += outward[0] * potential
         y += outward[1] * potential
         z += outward[2] * potential
         integral += _dot(outward, first) * potential
     return (x, y, z), integral
+
+
+@twofold(forceinline=True)
+def _edge_potential(a, b, along, length):
+    """Return the integral of 1/r along an edge, whose direction and length are given.
+
+    The vectors a and b are those from the point to the ends of the edge.
+    """
+    middle = abs(_dot(along, a) + 0.5 * length)
+    ahead, behind = middle + 0.5 * length, middle - 0.5 * length
+    first, second = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
+    far, near = max(first, second), min(first, second)
+    across, least = _cross(a, along), CUTOFF * length + TINY
+    beyond = behind >= 0.0
+    ratio = (ahead + far) * (1.0 if beyond else near - behind)
+    ratio /= behind + near + least if beyond else _dot(across, across) + least * least
+    return logarithm(ratio)
 
 
 @twofold(forceinline=True)
