@@ -169,6 +169,7 @@ def _disks(room, row, first, end):
     return 2 * count
 
 
+@subroutine
 def _capsule(room, row, x, w):
     """Write the charges of the caps and of the side of a capsule."""
     radius, half = row[LENGTHS], row[LENGTHS + 1]
