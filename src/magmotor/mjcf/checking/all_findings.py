@@ -12,7 +12,7 @@ from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.field_strengths import unbounded_drives
 from magmotor.mjcf.checking.frequencies import frequencies
-from magmotor.mjcf.checking.iron_findings import long_pieces, rows_of_iron
+from magmotor.mjcf.checking.iron_findings import long_pieces
 from magmotor.mjcf.checking.motion_findings import (
     far_magnets,
     fast_joints,
@@ -23,6 +23,7 @@ from magmotor.mjcf.checking.motion_findings import (
 )
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.checking.touching_iron import touching_pieces
 from magmotor.mjcf.declared import with_kind
 from magmotor.mjcf.describe import Description, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
@@ -42,7 +43,7 @@ def failures(
     yield from misplaced
     for where, each in _states(model, state):
         yield from _overlaps(model, each, where)
-    yield from rows_of_iron(model, state)
+    yield from touching_pieces(model, state)
     yield from long_pieces(model, state) if not misplaced else ()
     for pair in pairs:
         yield from failures_of_pair(model, pair)

@@ -28,17 +28,16 @@ ROUNDED = 1e-9
 
 
 WORDS = COLUMNS + responses.PER_GEOM
-"""Words that `find_unions` needs for each geom, and as many more."""
+"""Words that `find_unions` and `find_responses` need for each geom, and as many more."""
 
 
 @subroutine
 def find_unions(place, count, table, m, offsets):
-    """Find which geoms of iron are one piece, and the responses; return the rows of the geoms.
+    """Find which geoms of iron are one piece, and return the rows of the geoms.
 
     `place` is the address of words for all of them, whose number is `count`.
     """
     found, rows = pieces(table), memory.numbers(place, count, COLUMNS)
-    key = memory.numbers(place + 8 * COLUMNS * count, 1, memory.UNBOUNDED)[0]
     for k in range(count):
         rows[k, PIECE], rows[k, RESPONSE] = k, -1.0
         _place_in_body(rows[k], found[k].geom, m, offsets)
@@ -47,12 +46,19 @@ def find_unions(place, count, table, m, offsets):
             same = same and rows[j, PIECE] != rows[k, PIECE]
             if same and _are_joined(rows, j, k, found, m, offsets):
                 _join(rows, k, rows[j, PIECE], rows[k, PIECE])
-    for k in range(count):
+    return rows
+
+
+@subroutine
+def find_responses(rows, table, m, offsets):
+    """Find the responses of pieces, of whose geoms the rows are known."""
+    found = pieces(table)
+    key = memory.numbers(rows.ctypes.data + 8 * rows.size, 1, memory.UNBOUNDED)[0]
+    for k in range(len(rows)):
         material = numbers_of(found[k].material, m, offsets)
         if rows[k, PIECE] == k and material[0] != 0.0:
             geoms = _set_key(key, rows, k, found, material, m, offsets)
             rows[k, RESPONSE] = response_of(key, geoms)
-    return rows
 
 
 @subroutine

@@ -44,7 +44,7 @@ from magmotor.mjcf.forces.iron_pieces import (
 )
 from magmotor.mjcf.forces.iron_pieces import ROWS as ROWS_OF_NODES
 from magmotor.mjcf.forces.iron_potentials import set_outer_potentials
-from magmotor.mjcf.forces.iron_unions import WORDS, find_unions
+from magmotor.mjcf.forces.iron_unions import WORDS, find_responses, find_unions
 from magmotor.mjcf.forces.iron_wrenches import flux_of_iron
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.shape_fields import flux_of_shapes
@@ -159,6 +159,7 @@ def _stack_bytes(checksum: int, offsets: layout.Layout):
         m, table = memory.words(model, memory.UNBOUNDED), table_of(model, False)
         kinds = acting_kinds(table, m, offsets)
         unions = find_unions(room, _geoms_of_iron(table, kinds), table, m, offsets)
+        find_responses(unions, table, m, offsets)
         nodes, largest = count_nodes(unions)
         sizes = _sizes(table, kinds, nodes, largest)
         words = _stack_words(sizes) + WORDS * (len(unions) + 1)
@@ -213,6 +214,7 @@ def read_state(m, d, offsets, own, kinds):
     scale, geoms = moment_scale(own, m, offsets), _geoms_of_iron(own, kinds)
     place = memory.allocate(d.ctypes.data, 8 * WORDS * (geoms + 1), 64)
     unions = find_unions(place, geoms, own, m, offsets)
+    find_responses(unions, own, m, offsets)
     nodes, largest = count_nodes(unions)
     sizes = _sizes(own, kinds, nodes, largest)
     table, boundary, couplings, fields, pieces, nodes, drives, shapes, room = _room(d, sizes)

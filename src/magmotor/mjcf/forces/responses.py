@@ -25,8 +25,8 @@ CENTER, EXTENT, FACES, FACE, START = 10, 13, 14, 15, 16
 geoms; how many nodes there are, and that number padded to whole eights; the radius of the balls of
 charge at nodes; the volume; the demagnetizing factors; the center in the frame of the first geom,
 and the radius of a sphere around the nodes; how many rectangles of flat faces there are, and where
-they start; and where the rows x, y, z of the nodes and of their area vectors start, which the matrix
-follows."""
+they start; and where the rows x, y, z of the nodes and of their area vectors start, which the
+matrix follows."""
 
 ROWS = 6
 """Number of rows before the matrix."""
