@@ -2,7 +2,7 @@
 
 NGSolve 6.2.2608 solved for the scalar potential with elements of second order, in a sphere of
 0.3 m, and summed the Maxwell stress over a layer around the magnet: 1.0e5 to 1.6e5 unknowns. With
-0.66e5 to 1.0e5, forces differ by 0.5 to 0.8 %, and elements of third order change them by 0.3 %.
+0.66e5 to 1.0e5, forces differ by 0.4 to 0.9 %, and elements of third order change them by 0.3 %.
 The magnet is a box of 10 x 10 x 5 mm with 1.3 T along z.
 """
 
@@ -133,7 +133,7 @@ def test_a_rod_is_the_same_if_it_is_cut():
 KNOWN = {
     "over the floor": ((-6, 1, 8), (-0.545, -0.013, -4.016), 0.05),
     "over the wall": ((-17, 0, 38), (-0.302, -0.001, -2.827), 0.06),
-    "on the floor": ((5, 0, 5), (-0.02, 0.0, -22.41), 0.03),
+    "on the floor": ((5, 0, 5), (-0.09, 0.0, -22.61), 0.02),
     "in the corner": ((-10.5, 0, 5), (-7.92, 0.0, -25.77), 0.015),
 }
 """Places near the bracket, in mm: forces in N, and the bound of the error over the force."""
@@ -146,7 +146,7 @@ def judge(model, place, force, bound):
 
 @pytest.mark.parametrize("where", KNOWN)
 def test_a_bracket_by_finite_elements(bracket, where):
-    judge(bracket, *KNOWN[where])  # 0.039, 0.039, 0.019, 0.006
+    judge(bracket, *KNOWN[where])  # 0.039, 0.039, 0.011, 0.006
 
 
 def test_a_tube_by_finite_elements():
@@ -158,7 +158,7 @@ def test_a_cup_by_finite_elements(cup):
     judge(cup, (0, 0, 5), (0.0, 0.0, -23.62), 0.05)  # 0.033
 
 
-@pytest.mark.parametrize("place", [(5, 0, 12), (-8, 3, 8.5), (-10, 1, 6), (-15, 0, 36)])
+@pytest.mark.parametrize("place", [(5, 0, 12), (-8, 3, 8.5), (-10, 8, 6), (-15, 0, 36)])
 def test_forces_on_a_union_are_derivatives_of_the_energy(bracket, place):
     data = with_magnet(bracket, place, (10, 20, 5))
     force = data.xfrc_applied.reshape(-1, 2, 3)

@@ -76,7 +76,7 @@ def cylinder_lines(radii: ArrayLike, heights: ArrayLike, spacing: float) -> list
     The radii are those of regular polygons with the areas of circles.
     """
     around = max(12, int(np.ceil(2 * np.pi * np.max(radii) / spacing)))
-    angles = 2 * np.pi / around * np.arange(around + 1)
+    angles = np.array(2 * np.pi / around * np.arange(around + 1), dtype=float)
     return [spaced(radii, spacing, axis=True), angles, spaced(heights, spacing)]
 
 

@@ -64,14 +64,14 @@ CLOSE = 1e-9
 """How far points may be outside of a rectangle, over the size of the piece."""
 
 
-def face(axis: int, side: int, center: ArrayLike, half: ArrayLike, apart: float) -> list[float]:
+def face(axis: int, side: int, center: Array, half: Array, apart: float) -> list[float]:
     """Return what is needed of a flat face: a row of numbers.
 
     Parameters
     ----------
     axis, side : int
         The axis of its normal, and the sign of that.
-    center, half : array_like, shape (3,)
+    center, half : ndarray, shape (3,)
         The center and half of the edges along x, y and z, in m. A disk has its radius as the first
         edge after the normal, and no second one.
     apart : float
@@ -193,10 +193,11 @@ class CylinderNodes(RingNodes):
         """The bases; see `face`."""
         rows = []
         for each, line in zip(self._rectangles, self._segments, strict=True):
-            radius, height = each.upper[0], each.lower[2]
-            apart = (radius - each.lower[0]) / line.nodes.size
+            apart = (each.upper[0] - each.lower[0]) / line.nodes.size
             if each.axis == 2:
-                rows.append(face(2, each.side, [0, 0, height], [radius, 0, 0], apart))
+                rows.append(
+                    face(2, each.side, each.lower * [0, 0, 1], each.upper * [1, 0, 0], apart)
+                )
         return np.array(rows)
 
     def interpolation(self, points: Array) -> Array:

@@ -219,8 +219,8 @@ def boxes(
 
 def cylinder(radius: float, half_length: float, spacing: float, susceptibility: float) -> Response:
     """Compute the response of a cylinder along z; see `of_geom`."""
-    size = np.array([[radius], [half_length], [0.0]])
-    return cylinders(*size, susceptibility, spacing)
+    one, other = np.array([radius]), np.array([half_length])
+    return cylinders(one, other, np.zeros(1), susceptibility, spacing)
 
 
 def cylinders(

@@ -31,7 +31,7 @@ class Rectangle(NamedTuple):
     side: int
     lower: Array
     upper: Array
-    risen: NDArray[np.bool_]
+    risen: Array
 
 
 class Union:
@@ -93,10 +93,9 @@ class Union:
                     for i, k in _blocks(own & ~over):
                         ends = np.stack([one[i], two[k]], axis=1)
                         risen = _risen(np.pad(over, 1), *i, *k)
-                        corners = np.insert(ends, axis, height, axis=1)
-                        found.append(
-                            Rectangle(axis, side, *corners, np.insert(risen, axis, False, axis=1))
-                        )
+                        lower, upper = np.insert(ends, axis, height, axis=1)
+                        risen = np.insert(risen, axis, False, axis=1)
+                        found.append(Rectangle(axis, side, lower, upper, risen))
         return found
 
 
