@@ -97,11 +97,14 @@ def numbers() -> str:
     named = {
         "OFFSETS": len(layout.Layout._fields), "ELSE": ELSE, "ASSUMED": ASSUMED,
         "NOT_A_MARK": NOT_A_MARK, "FORM": FORM, "KIND": KIND, "LONGEST": LONGEST,
-        "RESPONSE_BITS": responses.BITS,
+        "RESPONSE_BITS": responses.BITS, "RESPONSE_START": responses.START,
+        "RESPONSE_MATERIAL": responses.MATERIAL, "RESPONSE_PER_GEOM": responses.PER_GEOM,
     }  # fmt: skip
     texts = {"MARK_NAME": MARK_NAME, "RESPONSES_MARK": responses.MARK.decode()}
     lines = [f"#define {name} {number}\n" for name, number in named.items()]
-    return "".join([*lines, *(f"#define {name} {json.dumps(text)}\n" for name, text in texts.items())])
+    return "".join(
+        [*lines, *(f"#define {name} {json.dumps(text)}\n" for name, text in texts.items())]
+    )
 
 
 def sentences() -> str:

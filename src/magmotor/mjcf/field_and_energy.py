@@ -31,6 +31,7 @@ from magmotor.mjcf.forces.magnetic_state import (
 from magmotor.mjcf.forces.magnetic_wrenches import find_coincidence
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.numerics.compiled_once import compiled_once
+from magmotor.numerics.deferred import subroutine
 
 
 @checked
@@ -159,6 +160,24 @@ def _observed(
     return total, count
 
 
+@subroutine
+def _write_dipoles(state, dipoles):
+    """Write the dipoles to rows of positions, moments and bodies, if there are rows; count them."""
+    table, magnets, count = state.table, state.magnets, 0
+    for k in range(magnets.number):
+        for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
+            if len(dipoles) > 0:
+                moment = table[3, i], table[4, i], table[5, i]
+                if magnets.iron <= i < magnets.shaped:
+                    moment = dipole_of_piece(state.nodes, state.pieces[i - magnets.iron])[3:]
+                for row in range(3):
+                    dipoles[count, row] = table[row, i]
+                    dipoles[count, 3 + row] = moment[row] / state.scale
+                dipoles[count, 6] = table[BODY, k]
+            count += 1
+    return count
+
+
 @compiled_once(nogil=True, error_model="numpy")
 def _observe(checksum: int, offsets: layout.Layout):
     """Define the function that reads a state for `_observed`.
@@ -173,7 +192,7 @@ def _observe(checksum: int, offsets: layout.Layout):
         memory.mark_stack(data)
         own, place = table_of(model, False), memory.error_on_stack()
         state = read_state(m, d, offsets, own, acting_kinds(own, m, offsets))
-        table, magnets, problem = state.table, state.magnets, state.error
+        magnets, problem = state.magnets, state.error
         total, count = 0.0, 0
         why = point = numeric = -1
         if problem[0] < 0 and energy:
@@ -182,17 +201,8 @@ def _observe(checksum: int, offsets: layout.Layout):
             total = energy_of(state, m, offsets)
             if not math.isfinite(total):
                 problem = find_coincidence(state)
-        for k in range(magnets.number if problem[0] < 0 else 0):
-            for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
-                if len(dipoles) > 0:
-                    moment = table[3, i], table[4, i], table[5, i]
-                    if magnets.iron <= i < magnets.shaped:
-                        moment = dipole_of_piece(state.nodes, state.pieces[i - magnets.iron])[3:]
-                    for row in range(3):
-                        dipoles[count, row] = table[row, i]
-                        dipoles[count, 3 + row] = moment[row] / state.scale
-                    dipoles[count, 6] = table[BODY, k]
-                count += 1
+        if problem[0] < 0:
+            count = _write_dipoles(state, dipoles)
         for i in range(len(points) if problem[0] < 0 else 0):
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
             found, error, other = field_at(state, magnets.shaped, x, y, z, m, offsets)

@@ -12,7 +12,6 @@ from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.field_strengths import unbounded_drives
 from magmotor.mjcf.checking.frequencies import frequencies
-from magmotor.mjcf.checking.iron_findings import long_pieces
 from magmotor.mjcf.checking.motion_findings import (
     far_magnets,
     fast_joints,
@@ -44,7 +43,6 @@ def failures(
     for where, each in _states(model, state):
         yield from _overlaps(model, each, where)
     yield from touching_pieces(model, state)
-    yield from long_pieces(model, state) if not misplaced else ()
     for pair in pairs:
         yield from failures_of_pair(model, pair)
     now = {} if misplaced else frequencies(model, state)

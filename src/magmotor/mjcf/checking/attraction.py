@@ -12,13 +12,26 @@ from magmotor.mjcf.checking.strengths import Magnet
 def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tuple[float, float]:
     """Return the force of two magnets with aligned moments, in N, and its gradient, in N/m.
 
-    Dipoles of both sides magnetize iron. Above a plane, `distance` is that of dipoles from images,
-    and `factor` has one column.
+    Iron attracts the other side's dipoles as a plane of iron would that is as near, or as a dipole
+    with its saturation moment, whichever is weaker. Above a plane, `distance` is that of dipoles
+    from images, and `factor` has one column.
     """
-    k, moments, images = PERMEABILITY_OVER_4PI, [], other.images or 1.0
     distance = np.maximum(distance, COINCIDENCE)
+    if other.images:
+        pull, slope = _pull_of_dipoles(one, other, distance, factor * (factor.T > 0))
+        return pull, 2 * slope
+    found = [_pull_of_dipoles(one, other, distance, factor)]
+    found.append(_pull_of_iron(one, other, distance, factor))
+    found.append(_pull_of_iron(other, one, distance.T, factor.T))
+    return sum(pull for pull, _ in found), sum(slope for _, slope in found)
+
+
+def _pull_of_dipoles(
+    one: Magnet, other: Magnet, distance: Array, weight: Array
+) -> tuple[float, float]:
+    """Return the force of aligned dipoles, and of iron on other iron or on a plane."""
+    k, moments, images = PERMEABILITY_OVER_4PI, [], other.images or 1.0
     partner = one if other.images else other
-    weight = factor * (factor.T > 0) if other.images else factor
     for magnet, source, away in ((one, partner, distance), (partner, one, distance.T)):
         if not magnet.responses.any():
             moments.append((magnet.strengths, np.zeros(len(magnet.strengths), bool)))
@@ -32,9 +45,31 @@ def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tu
         free = (induced < magnet.saturations) & (magnet.responses > 0)
         moments.append((magnet.strengths + np.minimum(induced, magnet.saturations), free))
     (first, soft), (second, yielding) = moments
+    if not other.images:  # that between dipoles and iron is computed otherwise
+        weight = weight * (np.not_equal.outer(one.responses > 0, other.responses == 0))
     pull = 6 * k * weight * np.multiply.outer(first, second) / distance**4
     power = 4 + 3 * np.logical_or.outer(soft, yielding)  # of 1/d
-    return float(pull.sum()), float((power * pull / distance).sum()) * (2 if other.images else 1)
+    return float(pull.sum()), float((power * pull / distance).sum())
+
+
+def _pull_of_iron(
+    magnet: Magnet, iron: Magnet, distance: Array, factor: Array
+) -> tuple[float, float]:
+    """Return the force of the piece of iron that attracts dipoles most, and its gradient."""
+    best = 0.0, 0.0
+    for j in np.flatnonzero(iron.responses):
+        own = (magnet.strengths > 0) & (distance[:, j] < np.inf) & (factor[:, j] > 0)
+        moments, places = magnet.strengths[own], magnet.positions[own]
+        height = np.maximum(distance[own, j] - iron.depths[j], COINCIDENCE)
+        square = np.sum((places[:, np.newaxis] - places) ** 2, axis=2)
+        aside = np.maximum(square - np.subtract.outer(height, height) ** 2, 0.0)
+        apart = np.sqrt(np.add.outer(height, height) ** 2 + aside)
+        pull = 6 * PERMEABILITY_OVER_4PI * np.multiply.outer(moments, moments) / apart**4
+        found = float(pull.sum()), float(8 * (pull / apart).sum())
+        away = distance[own, j]
+        weak = 6 * PERMEABILITY_OVER_4PI * moments * min(iron.saturations[j], 1e30) / away**4
+        best = max(best, min(found, (float(weak.sum()), float(4 * (weak / away).sum()))))
+    return best
 
 
 def attraction_of_images(magnet: Magnet, images: float, found: Stand) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Pieces of iron on different bodies that come so near that one dipole each does not suffice."""
+"""Pieces of iron on different bodies that come nearer than their nodes resolve."""
 
 from typing import NamedTuple
 
@@ -18,8 +18,8 @@ from magmotor.mjcf.possible_contacts import are_excluded
 WEAK = 1.0
 """Susceptibility below which pieces of iron that touch hardly magnetize each other."""
 
-NEAR = 0.5
-"""Gap of two pieces of iron, over the smaller radius, from which one dipole describes each."""
+NEAR = 0.2
+"""Gap of two pieces of iron, over the smaller radius, which the usual number of nodes resolves."""
 
 
 class CloseIron(NamedTuple):

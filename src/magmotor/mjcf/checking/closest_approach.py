@@ -37,7 +37,6 @@ from magmotor.mjcf.checking.touch import (
 )
 from magmotor.mjcf.declarations.iron import PLANE, SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
-from magmotor.mjcf.forces.iron_pieces import ellipsoid
 
 
 class Meeting(NamedTuple):
@@ -54,17 +53,15 @@ class Meeting(NamedTuple):
     like: NDArray[np.int64]
     """The same of all pairs like this one."""
     approach: Approach | None
-    """None if the contact keeps no dipoles apart that act on each other and describe iron."""
+    """None if the contact keeps no dipoles apart that act on each other."""
     linked: Approach | None
     """The same if joints keep some dipoles apart, and no contact does."""
     exposed: bool
     """Whether dipoles can coincide, or one can be below the plane."""
     spacing: Spacing | None
     """The coarsest spacing of dipoles where they touch."""
-    wide: int
-    """A geom of iron that reaches farther than dipoles come to its center, or -1."""
     close_iron: CloseIron | None
-    """Two geoms of iron that come too near each other for one dipole each."""
+    """Two geoms of iron that come too near each other for their nodes."""
     soft_limit: SoftLimit | None
     """A limit that is too soft to keep them apart."""
     exact: bool
@@ -146,10 +143,8 @@ def _meeting(
     near = bare & (of_dipoles <= COINCIDENCE)
     held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
     approach = linked = None
-    wide = [_wide_pieces(model, *pair) for pair in ((other, one, held.T), (one, other, held))]
     if not len(possible):
-        held, wide = np.full_like(held, np.inf), [np.zeros(length, bool) for length in held.shape]
-    held[wide[0]] = held[:, wide[1]] = np.inf
+        held = np.full_like(held, np.inf)
     if standing and (held < np.inf).any():
         approach, k = closest_to_plane(one, other, standing, level, masses)
         approach = approach and approach._replace(
@@ -164,17 +159,15 @@ def _meeting(
     kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
     if kept.any():
         linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
-    elements = [each.elements[pieces] for each, pieces in zip(magnets, wide, strict=True)]
-    pieces = [*np.concatenate(elements) - model.nsite, -1]
     held_iron = np.where(factor > 0, apart if len(touching) else -np.inf, np.inf)
     iron = None if other.images else close_iron(model, magnets, strong, of_dipoles, held_iron)
-    if not (approach or linked or near.any() or pieces[0] >= 0 or iron):
+    if not (approach or linked or near.any() or iron):
         return None
     i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
     exact = _is_exact(model, data, magnets, geoms)
     return Meeting(
         magnets, (int(i), int(j)), 1, touching, touching, approach, linked,
-        bool(near.any()), spacing, int(pieces[0]), iron, soft, exact, repels,
+        bool(near.any()), spacing, iron, soft, exact, repels,
     )  # fmt: skip
 
 
@@ -323,18 +316,6 @@ def _masses(
     moving = bodies[model.body_dofnum[bodies] > 0]
     alone = sum(1 / model.body_mass[model.body_weldid == body].sum() for body in moving)
     return (1 / assumed if assumed else np.inf, float(1 / alone))
-
-
-def _wide_pieces(
-    model: mujoco.MjModel, one: Magnet, other: Magnet, apart: Array
-) -> NDArray[np.bool_]:
-    """Return which pieces of iron of another magnet reach farther than dipoles come to them."""
-    wide = np.zeros(len(other.responses), bool)
-    for j in np.flatnonzero(other.responses).tolist():
-        geom = int(other.elements[j]) - model.nsite
-        *axes, _ = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
-        wide[j] = max(axes) > apart[one.strengths > 0, j].min(initial=np.inf)
-    return wide
 
 
 def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray[np.bool_], Array]:

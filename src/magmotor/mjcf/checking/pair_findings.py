@@ -44,36 +44,23 @@ def failures_of_pair(model: mujoco.MjModel, pair: Meeting) -> Iterator[Failure]:
     spacing = pair.spacing if laid_out and not pair.repels else None
     if spacing and spacing.apart < COARSE * spacing.within:
         yield _coarseness(model, pair, *spacing)
-    if pair.wide >= 0:
-        yield Failure(
-            label(model, "geom", pair.wide),
-            "of iron extends beyond the closest distance of a dipole to its center, so that"
-            " one dipole does not describe it, and the force is wrong there, often many times"
-            " too strong or too weak; for a wide surface that is fixed to the world, take a"
-            " plane of iron",
-        )
     if pair.close_iron:
         yield _close_iron(model, pair, pair.close_iron)
 
 
 def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failure:
     geoms, can, remedy = [found.one, found.other], "can touch", "a margin keeps them apart"
-    spheres = (model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_SPHERE).all()
     if not found.touch:
         can, remedy = "may come near each other", "keep them farther apart"
     elif not len(pair.touching):
         can, remedy = "can come near each other", "let them collide, with a margin"
     if found.excluded:
         remedy = "the model excludes their contact, so that nothing keeps them apart"
-    of_spheres = (
-        ": at 2.1 radii, the true force of two equal spheres is 2.8 times that of the model"
-        " along the field, and 0.75 times across it; with a margin of a quarter of the radius"
-        " for each, 1.25 and 0.89 times"
-    )
     return Failure(
         " and ".join(label(model, "geom", geom) for geom in geoms),
-        f"are pieces of iron that {can}, where one dipole each does not describe them;"
-        f" {remedy}{of_spheres * bool(spheres)}",
+        f"are pieces of iron that {can}, where the force between them is too weak: they count as if"
+        f" the distance of the nodes on their surfaces kept them apart; {remedy}, or give their"
+        " material a smaller distance of nodes",
         pair.number,
         note=found.excluded,
     )

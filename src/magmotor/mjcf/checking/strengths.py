@@ -43,6 +43,8 @@ class Magnet(NamedTuple):
     """Largest moment of iron per flux density, in A m^2/T; zero for dipoles."""
     saturations: Array
     """Largest moment of iron in A m^2."""
+    depths: Array
+    """How deep the centers of iron are below their surfaces, in m; zero for dipoles."""
     elements: NDArray[np.int64]
     """Numbers of sites; those of geoms come after all sites."""
     unbounded: int
@@ -82,8 +84,8 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     pieces = [*_pieces(model)] if kinds & IRON else []
     shapes = [*layouts_of_shapes(model, data)] if kinds & SHAPES else []
     geoms = np.array([geom for geom, *_ in (*shapes, *pieces)], int)
-    iron = np.array([(0.0, 0.0)] * len(shapes) + [numbers for _, *numbers in pieces])
-    iron = iron.reshape(-1, 2)
+    iron = np.array([(0.0, 0.0, 0.0)] * len(shapes) + [numbers for _, *numbers in pieces])
+    iron = iron.reshape(-1, 3)
     none, others = np.zeros(len(geoms)), np.zeros(len(sites))
     bodies = np.concatenate([model.site_bodyid[sites], model.geom_bodyid[geoms]]).astype(int)
     places = np.array([place for _, place, _ in shapes]).reshape(-1, 3)
@@ -96,12 +98,12 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     strengths = np.concatenate([strengths[sites], largest, np.zeros(len(pieces))])
     elements = np.concatenate([sites, model.nsite + geoms])
     unbounded = np.concatenate([unbounded[sites], none - 1]).astype(int)
-    responses, saturations = (np.concatenate([others, column]) for column in iron.T)
+    responses, saturations, depths = (np.concatenate([others, column]) for column in iron.T)
     welds = model.body_weldid[bodies]
     return [
         Magnet(
             int(weld), positions[own], axes[own], strengths[own], bodies[own], responses[own],
-            saturations[own], elements[own], int(unbounded[own].max()),
+            saturations[own], depths[own], elements[own], int(unbounded[own].max()),
             frozenset(coils[own & (elements < model.nsite)].tolist()),
         )
         for weld in np.unique(welds)
@@ -148,8 +150,8 @@ def largest_drive(model: mujoco.MjModel, actuator: int, saturation: float = 0.0)
     return float(largest)
 
 
-def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
-    """Yield the geoms of iron, with their largest response and saturation moment.
+def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float, float]]:
+    """Yield the geoms of iron, with their largest response, saturation moment, and depth.
 
     Diamagnets are left out, since magnets only repel them.
     """
@@ -161,7 +163,8 @@ def _pieces(model: mujoco.MjModel) -> Iterator[tuple[int, float, float]]:
             *axes, volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])
             factor = min(demagnetizing_factors(*axes))
             response = volume * chi / (1 + factor * chi) / VACUUM_PERMEABILITY
-            yield geom, response, scale * volume * magnetization or math.inf
+            saturated = scale * volume * magnetization or math.inf
+            yield geom, response, saturated, min(axes)
 
 
 def _planes(model: mujoco.MjModel, kinds: int) -> Iterator[tuple[int, float]]:
@@ -176,5 +179,5 @@ def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, images: float)
     body, none = model.geom_bodyid[geom], np.zeros(1)
     return Magnet(
         int(model.body_weldid[body]), data.geom_xpos[[geom]], np.zeros((1, 3)), none,
-        np.array([body]), none, none, np.array([model.nsite + geom]), -1, frozenset(), images,
+        np.array([body]), none, none, none, np.array([model.nsite + geom]), -1, frozenset(), images,
     )  # fmt: skip

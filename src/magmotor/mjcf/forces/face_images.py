@@ -27,7 +27,11 @@ from magmotor.mjcf.forces.faces import (
 )
 from magmotor.mjcf.forces.iron_pieces import FRAME, POSITION, SUSCEPTIBILITY
 from magmotor.mjcf.forces.shape_distances import order_of_charges, support, thickness_of
-from magmotor.mjcf.forces.shape_fields import set_continued_fields, set_continued_potentials
+from magmotor.mjcf.forces.shape_fields import (
+    dipole_at_dipole,
+    set_continued_fields,
+    set_continued_potentials,
+)
 from magmotor.mjcf.forces.shaped_magnets import POSITION as POSITION_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import RADIUS, in_frame, in_world
 from magmotor.numerics.deferred import subroutine
@@ -150,12 +154,8 @@ def _set_images(piece, shape, one, two, lifted, room):
 
 
 @subroutine
-def _weight_on(face, lifted, room, k):
+def _weight_on(face, place):
     """Return the weight of a charge above a face, and its gradient."""
-    place = (
-        room[PLACES, k] + lifted[0], room[PLACES + 1, k] + lifted[1],
-        room[PLACES + 2, k] + lifted[2],
-    )  # fmt: skip
     axis, width = int(face[0, AXIS]), EDGE * resolved_height(face)
     weight, by_one, by_two = 0.0, 0.0, 0.0
     for number in range(len(face)):
@@ -168,13 +168,20 @@ def _weight_on(face, lifted, room, k):
 
 
 @subroutine
-def _weight(one, two, lifted, room, k):
+def _weight_at(one, two, place):
     """Return the weight of a charge above one face, or two if they differ, and its gradient."""
-    u, ux, uy, uz = _weight_on(one, lifted, room, k)
+    u, ux, uy, uz = _weight_on(one, place)
     if one[0, AXIS] == two[0, AXIS]:
         return u, ux, uy, uz
-    v, vx, vy, vz = _weight_on(two, lifted, room, k)
+    v, vx, vy, vz = _weight_on(two, place)
     return u * v, u * vx + v * ux, u * vy + v * uy, u * vz + v * uz
+
+
+@subroutine
+def _weight(one, two, lifted, room, k):
+    """Return the same for a charge of a magnet that is lifted."""
+    x, y, z = room[PLACES, k], room[PLACES + 1, k], room[PLACES + 2, k]
+    return _weight_at(one, two, (x + lifted[0], y + lifted[1], z + lifted[2]))
 
 
 @subroutine
@@ -274,6 +281,129 @@ def image_energy(piece, shape, room):
             second += len(two)
         first += len(one)
     return energy
+
+
+@subroutine
+def lift_of_dipole(piece, target):
+    """Return how far a dipole is lifted for the nodes of a piece, along the axes of the piece."""
+    place, faces = place_on_piece(piece, target[0], target[1], target[2]), faces_of(piece)
+    x, y, z, first = 0.0, 0.0, 0.0, 0
+    while first < len(faces):
+        face = face_from(faces, first)
+        height, axis = _lift_of_dipole(place, face)[0], int(face[0, AXIS])
+        x += height if axis == 0 else 0.0
+        y += height if axis == 1 else 0.0
+        z += height if axis == 2 else 0.0
+        first += len(face)
+    return x, y, z
+
+
+@subroutine
+def _lift_of_dipole(place, face):
+    """Return the lift of a dipole from a face, and its derivatives."""
+    size = resolved_height(face)
+    return lift(face, place, 0.0, size, size)
+
+
+@subroutine
+def _dipole_has_image(place, one, two, same):
+    """Whether a dipole has an image in a face, or in the inner corner of two different ones."""
+    if not (same or (_rises_above(one, two) and _rises_above(two, one))):
+        return False
+    return _lift_of_dipole(place, one)[0] != 0.0 and _lift_of_dipole(place, two)[0] != 0.0
+
+
+@subroutine
+def _dipole_and_image(piece, target, one, two, lifted):
+    """Return the force, torque and energy of a dipole in its image, and the weight of that.
+
+    The force and the torque are those at a weight of 1, along the axes of the piece. The gradient
+    of the weight follows.
+    """
+    x, y, z = place_on_piece(piece, target[0], target[1], target[2])
+    mx, my, mz = to_piece(piece, target[3], target[4], target[5])
+    x, y, z = x + lifted[0], y + lifted[1], z + lifted[2]
+    reflection = _reflection(one, two, (0.0, 0.0, 0.0))
+    (sx, sy, sz), (u, v, w) = reflection[0], _reflected(reflection, x, y, z)
+    k = piece[SUSCEPTIBILITY] / (piece[SUSCEPTIBILITY] + 2.0)
+    factor = -k if one[0, AXIS] == two[0, AXIS] else k * k
+    f = dipole_at_dipole((x, y, z, mx, my, mz), (u, v, w, sx * mx, sy * my, sz * mz))
+    weight = _weight_at(one, two, (x, y, z))
+    return (
+        factor * f[0], factor * f[1], factor * f[2], factor * f[3], factor * f[4], factor * f[5],
+        0.5 * factor * f[6], weight[0], weight[1], weight[2], weight[3],
+    )  # fmt: skip
+
+
+@subroutine
+def dipole_image_energy(piece, target):
+    """Return the energy by which images in faces differ from nodes, for a dipole near a piece."""
+    lifted, faces = lift_of_dipole(piece, target), faces_of(piece)
+    place, energy, first = place_on_piece(piece, target[0], target[1], target[2]), 0.0, 0
+    while first < len(faces):
+        one, second = face_from(faces, first), first
+        while second < len(faces):
+            two = face_from(faces, second)
+            if _dipole_has_image(place, one, two, first == second):
+                a = _dipole_and_image(piece, target, one, two, (0.0, 0.0, 0.0))
+                b = _dipole_and_image(piece, target, one, two, lifted)
+                energy += a[6] * a[7] - b[6] * b[7]
+            second += len(two)
+        first += len(one)
+    return energy
+
+
+@subroutine
+def _dipole_images(piece, target, shift):
+    """Return the force and the torque on a dipole in all its images, shifted, along the axes."""
+    faces, place = faces_of(piece), place_on_piece(piece, target[0], target[1], target[2])
+    fx, fy, fz, tx, ty, tz, first = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    while first < len(faces):
+        one, second = face_from(faces, first), first
+        while second < len(faces):
+            two = face_from(faces, second)
+            if _dipole_has_image(place, one, two, first == second):
+                a = _dipole_and_image(piece, target, one, two, shift)
+                fx, fy, fz = (
+                    fx + a[7] * a[0] - a[6] * a[8], fy + a[7] * a[1] - a[6] * a[9],
+                    fz + a[7] * a[2] - a[6] * a[10],
+                )  # fmt: skip
+                tx, ty, tz = tx + a[7] * a[3], ty + a[7] * a[4], tz + a[7] * a[5]
+            second += len(two)
+        first += len(one)
+    return fx, fy, fz, tx, ty, tz
+
+
+@subroutine
+def with_images_of_dipole(piece, target, wrench):
+    """Return the wrench on a piece from a dipole, given that on its nodes from the lifted dipole.
+
+    Torques are about the dipole, and the reaction on it is opposite.
+    """
+    lifted, faces = lift_of_dipole(piece, target), faces_of(piece)
+    place, first = place_on_piece(piece, target[0], target[1], target[2]), 0
+    a = _dipole_images(piece, target, (0.0, 0.0, 0.0))
+    b = _dipole_images(piece, target, lifted)
+    fx, fy, fz = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    gx, gy, gz = to_piece(piece, -wrench[0], -wrench[1], -wrench[2])
+    gx, gy, gz = gx - b[0], gy - b[1], gz - b[2]
+    while first < len(faces):
+        face = face_from(faces, first)
+        height, by_height, by_one, by_two = _lift_of_dipole(place, face)
+        if height != 0.0:
+            axis = int(face[0, AXIS])
+            push = gx if axis == 0 else (gy if axis == 1 else gz)
+            along, u, v = push * by_height, push * by_one, push * by_two
+            fx += _component(axis, 0, along, u, v)
+            fy += _component(axis, 1, along, u, v)
+            fz += _component(axis, 2, along, u, v)
+        first += len(face)
+    force = to_world(piece, fx, fy, fz)
+    torque = to_world(piece, a[3] - b[3], a[4] - b[4], a[5] - b[5])
+    return (
+        wrench[0] - force[0], wrench[1] - force[1], wrench[2] - force[2],
+        wrench[3] - torque[0], wrench[4] - torque[1], wrench[5] - torque[2],
+    )  # fmt: skip
 
 
 @subroutine

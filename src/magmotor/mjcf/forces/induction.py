@@ -1,13 +1,14 @@
-"""The charges of pieces of iron in the potential of magnets, applied fields, images and each other.
+"""The charges of iron in the potential of magnets, applied fields, images and other iron.
 
-The charges of a piece are a function of the potential phi at its nodes, of which the energy W of the
-piece is the integral: dW = q.dphi/mu0. The charges of all pieces make U = sum_i W_i - 1/2 sum_ij
-q_i.phi_ij/mu0 stationary, where phi_ij is the potential of the charges of piece j, or of images, at
-piece i. Therefore, the forces are those on fixed charges.
+The charges of a piece are a function of the potential phi at its nodes, of which the energy W of
+the piece is the integral: dW = q.dphi/mu0. The charges of all pieces make
+U = sum_i W_i - 1/2 sum_ij q_i.phi_ij/mu0 stationary, where phi_ij is the potential of the charges
+of piece j, or of images, at piece i. Therefore, the forces are those on fixed charges.
 
-A saturating material adds to the response of the nodes, which is linear: the mean field over the
-piece, as in an ellipsoid that has the piece's moment in a uniform field, yields the magnetization
-that is missing, which is that of charges M.n. It has an energy of its own.
+A material that saturates, M = chi H/sqrt(1 + (chi H/M_s)^2), has one reluctivity nu = H/M in the
+whole piece, which makes the energy largest: -phi'S(nu) phi/(2 mu0) - V h(nu), with
+dh/dnu = mu0 M^2/2. Then the mean of M^2 over the piece is that of the material, as is exact for an
+ellipsoid in a uniform field.
 
 The Gauss-Seidel method starts from no magnetization, so that the result depends on nothing but the
 state.
@@ -22,7 +23,9 @@ from magmotor.mjcf.forces.iron_pieces import (
     CHANGE,
     CHARGE,
     COUNT,
+    ENERGY,
     EXTENT,
+    MODE,
     OUTER,
     POTENTIAL,
     RADIUS,
@@ -38,7 +41,7 @@ from magmotor.mjcf.forces.iron_potentials import place_charges
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored
 from magmotor.mjcf.forces.shape_fields import flux_of_dipole
 from magmotor.numerics.deferred import subroutine
-from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, magnetize
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.elementary import prefer_wide_vectors
 
 MOST_SWEEPS = 500
@@ -46,6 +49,9 @@ MOST_SWEEPS = 500
 
 TOLERANCE = 1e-10
 """Largest change of a charge in the last sweep, relative to the largest charge."""
+
+LARGEST_COUNT = 200
+"""Number of steps for the reluctivity that is never reached."""
 
 FAR = 3.0
 """Gap of two pieces, over the larger radius, from which on they are dipoles for each other."""
@@ -143,46 +149,80 @@ def set_charges(piece, own):
     for k in range(count):
         change[k] = -charge[k]
         charge[k] = 0.0
-    for j in range(count // 2):
-        p, q = own[POTENTIAL, 2 * j], own[POTENTIAL, 2 * j + 1]
-        one, two = rows[responses.ROWS + 2 * j], rows[responses.ROWS + 2 * j + 1]
-        for k in range(count):
-            charge[k] -= p * one[k] + q * two[k]
-    if count % 2 == 1:
-        p, one = own[POTENTIAL, count - 1], rows[responses.ROWS + count - 1]
-        for k in range(count):
-            charge[k] -= p * one[k]
     if piece[SATURATION] > 0.0:
-        mx, my, mz, _ = _missing(piece, own, rows)
+        _set_saturated(piece, own, rows)
+    else:
+        for j in range(count // 2):
+            p, q = own[POTENTIAL, 2 * j], own[POTENTIAL, 2 * j + 1]
+            one, two = rows[responses.ROWS + 2 * j], rows[responses.ROWS + 2 * j + 1]
+            for k in range(count):
+                charge[k] -= p * one[k] + q * two[k]
+        if count % 2 == 1:
+            p, one = own[POTENTIAL, count - 1], rows[responses.ROWS + count - 1]
+            for k in range(count):
+                charge[k] -= p * one[k]
+        energy = 0.0
         for k in range(count):
-            charge[k] -= mx * rows[3, k] + my * rows[4, k] + mz * rows[5, k]
+            energy += charge[k] * own[POTENTIAL, k]
+        piece[ENERGY] = 0.5 * energy / VACUUM_PERMEABILITY
     for k in range(count):
         change[k] += charge[k]
 
 
 @subroutine
-def _missing(piece, own, rows):
-    """Return the polarization in T that saturation prevents, along the piece's axes.
+def _set_saturated(piece, own, rows):
+    """Add the charges of a piece that saturates to zeros, and set its energy."""
+    count, chi, saturation = int(piece[COUNT]), piece[SUSCEPTIBILITY], piece[SATURATION]
+    volume = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0, responses.VOLUME]
+    potential, charge, mode, slopes = own[POTENTIAL], own[CHARGE], own[MODE], rows[3]
+    for j in range(count):
+        row, total = rows[responses.ROWS + j], 0.0
+        for k in range(count):
+            total += row[k] * potential[k]
+        mode[j] = total
+    unit = 1.0 / (VACUUM_PERMEABILITY * saturation)
+    nu = _reluctivity(mode, slopes, chi, unit * unit / volume)
+    more, energy = nu - 1.0 / chi, 0.0
+    for j in range(count):
+        row, part = rows[responses.ROWS + j], mode[j] / (1.0 + more * slopes[j])
+        energy -= mode[j] * part
+        for k in range(count):
+            charge[k] -= part * row[k]
+    stored = more - (nu - 1.0 / chi) / (chi * nu)
+    stored *= VACUUM_PERMEABILITY * saturation * saturation * volume
+    piece[ENERGY] = 0.5 * (energy / VACUUM_PERMEABILITY - stored)
 
-    The last number is the difference of energies in J.
+
+@subroutine
+def _reluctivity(mode, slopes, chi, unit):
+    """Return nu, for which the mean of (M/M_s)^2 over the piece is 1 - 1/(chi nu)^2.
+
+    `unit` makes it of squared modes. The mean falls with nu, and the other side rises: Newton's
+    method on the convex function 1/mean, from the side where it is monotonic, needs few steps.
     """
-    numbers = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0]
-    volume = numbers[responses.VOLUME]
-    hx = hy = hz = 0.0
-    for k in range(own.shape[1]):
-        hx -= own[POTENTIAL, k] * rows[3, k]
-        hy -= own[POTENTIAL, k] * rows[4, k]
-        hz -= own[POTENTIAL, k] * rows[5, k]
-    per = 1.0 / (VACUUM_PERMEABILITY * volume)
-    field = per * hx, per * hy, per * hz
-    f = responses.FACTORS
-    factors = numbers[f], numbers[f + 1], numbers[f + 2]
-    x, y, z, energy = magnetize(field, factors, piece[SUSCEPTIBILITY], 0.0)
-    u, v, w, less = magnetize(field, factors, piece[SUSCEPTIBILITY], piece[SATURATION])
-    lx, ly, lz = x - u, y - v, z - w
-    scale = VACUUM_PERMEABILITY
-    work = scale * (lx * field[0] + ly * field[1] + lz * field[2])
-    return scale * lx, scale * ly, scale * lz, volume * (less - energy + work)
+    low, high = 1.0 / chi, math.inf
+    nu = low
+    for _ in range(LARGEST_COUNT):
+        square = slope = 0.0
+        more = nu - 1.0 / chi
+        for j in range(len(mode)):
+            part = 1.0 / (1.0 + more * slopes[j])
+            term = unit * mode[j] * mode[j] * slopes[j] * part * part
+            square += term
+            slope -= 2.0 * term * slopes[j] * part
+        inverse = 1.0 / (chi * nu)
+        excess = square - (1.0 - inverse * inverse)
+        if excess > 0.0:
+            low = nu
+        else:
+            high = nu
+        step = excess / (2.0 * inverse * inverse / nu - slope)
+        last, nu = nu, nu + step
+        if not low <= nu <= high:
+            nu = 2.0 * last if high == math.inf else math.sqrt(low * high)
+        if abs(nu - last) <= 1e-15 * last:
+            break
+    return nu
 
 
 @subroutine
@@ -190,21 +230,9 @@ def iron_energy(state):
     """Return the energy of all pieces in J, whose charges have been found."""
     energy = 0.0
     for i in range(len(state.pieces)):
-        piece = state.pieces[i]
-        own = nodes_of(state.nodes, piece)
-        product = linear = 0.0
+        own = nodes_of(state.nodes, state.pieces[i])
+        mutual = 0.0
         for k in range(own.shape[1]):
-            product += own[CHARGE, k] * (own[OUTER, k] - own[POTENTIAL, k])
-        if piece[SATURATION] > 0.0:
-            padded = memory.words(int(piece[RESPONSE]), responses.START)[responses.PADDED]
-            rows = response_rows(piece, padded)
-            mx, my, mz, missing = _missing(piece, own, rows)
-            energy += missing
-            for k in range(own.shape[1]):
-                less = mx * rows[3, k] + my * rows[4, k] + mz * rows[5, k]
-                linear += (own[CHARGE, k] + less) * own[POTENTIAL, k]
-        else:
-            for k in range(own.shape[1]):
-                linear += own[CHARGE, k] * own[POTENTIAL, k]
-        energy += 0.5 * (linear + product) / VACUUM_PERMEABILITY
+            mutual += own[CHARGE, k] * (own[POTENTIAL, k] - own[OUTER, k])
+        energy += state.pieces[i, ENERGY] - 0.5 * mutual / VACUUM_PERMEABILITY
     return energy

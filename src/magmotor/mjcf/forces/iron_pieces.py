@@ -20,14 +20,16 @@ GEOM, SUSCEPTIBILITY, SATURATION, POSITION, FRAME, EXTENT = 0, 1, 2, 3, 6, 15
 """Columns of a piece: its first geom, its material, its pose, and the radius of the sphere around
 it."""
 
-RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, COLUMNS = 16, 17, 18, 19, 20, 21, 22, 23
+RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, COLUMNS = (
+    16, 17, 18, 19, 20, 21, 22, 23, 24
+)  # fmt: skip
 """Further columns: the address of its response; its first node and how many there are; the radius
-of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; and
-how many columns there are."""
+of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; its
+energy in J in the potential of everything else; and how many columns there are."""
 
-PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, ROWS = 0, 3, 4, 5, 6, 7
+PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, ROWS = 0, 3, 4, 5, 6, 7, 8
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
-charges in T m^2; and a row for their change.
+charges in T m^2; a row for their change; and one for the modes of a saturating material.
 
 Potentials and charges are divided by the scale of moments, as polarizations are."""
 
@@ -36,7 +38,7 @@ Potentials and charges are divided by the scale of moments, as polarizations are
 def count_nodes(unions):
     """Return the numbers of columns for all nodes, and for those of the largest piece.
 
-    They are -1 if a response could not be computed.
+    They are -1 if a response is not known and could not be computed.
     """
     total = largest = 0
     for k in range(len(unions)):
@@ -75,7 +77,8 @@ def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
         words = memory.words(address, responses.START)
         numbers = memory.numbers(address, 1, responses.START)[0]
         row[GEOM], row[SUSCEPTIBILITY] = piece.geom, material[0]
-        row[SATURATION] = scale * material[1] if len(material) > 1 else 0.0
+        saturates = len(material) > 1 and material[0] > 0.0
+        row[SATURATION] = scale * material[1] if saturates else 0.0
         copy(row[FRAME:EXTENT], frame[piece.geom])
         for axis in range(3):
             along = row[FRAME + 3 * axis : EXTENT]
@@ -107,7 +110,7 @@ def _place(nodes, row, padded):
 
 @subroutine
 def response_rows(row, padded):
-    """Return the rows of a response: x y z of nodes, their area vectors, and the matrix."""
+    """Return the rows of a response: x y z of nodes, the slopes of modes, and the matrix."""
     rows = responses.ROWS + int(row[COUNT])
     return memory.numbers(int(row[RESPONSE]) + 8 * responses.START, rows, padded)
 

@@ -10,7 +10,7 @@ from magmotor.mjcf.declarations.fields import GRADIENT
 from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
 from magmotor.mjcf.forces.dipole_table import ELEMENT, FIRST, SIZE, dipole
-from magmotor.mjcf.forces.face_images import lift_of_shape, to_world
+from magmotor.mjcf.forces.face_images import lift_of_dipole, lift_of_shape, to_world
 from magmotor.mjcf.forces.iron_pieces import BODY, EXTENT, OUTER, center_of, nodes_of
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above, mirrored
 from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squared_distance
@@ -26,7 +26,7 @@ _LINE = (
     (0.06943184420297371, 0.17392742256872692), (0.33000947820757187, 0.3260725774312731),
     (0.6699905217924281, 0.3260725774312731), (0.9305681557970263, 0.17392742256872692),
 )  # fmt: skip
-"""Points and weights of Gauss and Legendre between 0 and 1: one point for linear fields, or four."""
+"""Points and weights of Gauss and Legendre between 0 and 1: one, for linear fields, and four."""
 
 
 @subroutine
@@ -96,7 +96,13 @@ def _add_magnets(state, piece, mirror, factor):
     for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
         first = int(table[FIRST, k])
         for i in range(first, first + int(table[SIZE, k])):
-            _add_dipole(own[OUTER], room, count, dipole(table, i), factor)
+            source = dipole(table, i)
+            if mirror[0] == 0.0:
+                lifted = lift_of_dipole(piece, source)
+                dx, dy, dz = to_world(piece, lifted[0], lifted[1], lifted[2])
+                x, y, z, mx, my, mz = source
+                source = x + dx, y + dy, z + dz, mx, my, mz
+            _add_dipole(own[OUTER], room, count, source, factor)
     for k in range(len(state.shapes)):
         shape = state.shapes[k]
         if acts_as_shape(shape, piece, mirror):

@@ -144,7 +144,9 @@ def _set_key(key, rows, first, found, material, m, offsets):
     """Write the numbers on which the response of a piece depends; return its number of geoms."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
-    key[0], key[1], count = material[0], material[2] if len(material) > 2 else 0.0, 0
+    key[0], key[1] = material[0], material[2] if len(material) > 2 else 0.0
+    saturates = len(material) > 1 and material[0] > 0.0 and material[1] > 0.0
+    key[2], count = 1.0 if saturates else 0.0, 0
     start = found[first].geom
     step = ROUNDED * max(size[start, 0], size[start, 1], size[start, 2])
     for k in range(first, len(rows)):

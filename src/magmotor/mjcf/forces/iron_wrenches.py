@@ -10,7 +10,14 @@ from magmotor.mjcf.forces.charge_pairs import add_fields
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
 from magmotor.mjcf.forces.dipole_table import MOVES as DIPOLES_MOVE
-from magmotor.mjcf.forces.face_images import image_energy, with_images
+from magmotor.mjcf.forces.face_images import (
+    dipole_image_energy,
+    image_energy,
+    lift_of_dipole,
+    to_world,
+    with_images,
+    with_images_of_dipole,
+)
 from magmotor.mjcf.forces.induction import are_far, radius_of_pair
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
@@ -29,11 +36,10 @@ from magmotor.mjcf.forces.iron_potentials import (
     place_charges,
 )
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
-from magmotor.mjcf.forces.shape_fields import flux_of_dipole
+from magmotor.mjcf.forces.shape_fields import dipole_at_dipole, flux_of_dipole
 from magmotor.mjcf.forces.shape_wrenches import (
     add_both,
     charges_at_shape,
-    dipole_at_dipole,
     pad_charges,
     wrench_of_charges,
 )
@@ -69,8 +75,12 @@ def add_iron_wrenches(state, m, offsets, center, applied):
 @subroutine
 def energy_of_images(state):
     """Return the energy by which images in flat faces differ from what nodes resolve."""
-    energy = 0.0
+    energy, table, magnets = 0.0, state.table, state.magnets
     for i in range(len(state.pieces)):
+        for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
+            first = int(table[FIRST, k])
+            for j in range(first, first + int(table[SIZE, k])):
+                energy += dipole_image_energy(state.pieces[i], dipole(table, j))
         for k in range(len(state.shapes)):
             if acts_as_shape(state.shapes[k], state.pieces[i], NO_MIRROR):
                 energy += image_energy(state.pieces[i], state.shapes[k], state.room)
@@ -125,11 +135,24 @@ def _add_magnets(state, piece, mirror, center, applied):
         first, on_it = int(table[FIRST, k]), table[DIPOLES_MOVE, k] > 0.0
         if table[LABEL, first] == piece[WELD] and mirror[0] == 0.0:
             continue
+        other = int(table[BODY_OF_DIPOLES, k])
         for i in range(first, first + int(table[SIZE, k]) if moves or on_it else first):
-            _set_dipole_fields(room, count, dipole(table, i))
-            change = _with_images(wrench_of_charges(room, count, there), mirror)
-            other = int(table[BODY_OF_DIPOLES, k])
-            add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
+            source = dipole(table, i)
+            if mirror[0] != 0.0:
+                _set_dipole_fields(room, count, source)
+                change = _with_images(wrench_of_charges(room, count, there), mirror)
+                add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
+                continue
+            lifted = lift_of_dipole(piece, source)
+            dx, dy, dz = to_world(piece, lifted[0], lifted[1], lifted[2])
+            x, y, z, mx, my, mz = source
+            above = x + dx, y + dy, z + dz, mx, my, mz
+            _set_dipole_fields(room, count, above)
+            wrench = wrench_of_charges(room, count, above)
+            if above != source:
+                wrench = with_images_of_dipole(piece, source, wrench)
+            change = _with_images(wrench, mirror)
+            add_both(body, moves, other, on_it, source, change, mirror, 1.0, center, applied)
     for k in range(len(state.shapes)):
         shape = state.shapes[k]
         on_it = shape[SHAPE_MOVES] > 0.0

@@ -18,7 +18,8 @@ from magmotor.mjcf.forces.dipole_table import (
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.iron_wrenches import energy_of_images
 from magmotor.mjcf.forces.mirror import NOTHING, mirrored
-from magmotor.mjcf.forces.shape_wrenches import add_shape_corrections, dipole_at_dipole
+from magmotor.mjcf.forces.shape_fields import dipole_at_dipole
+from magmotor.mjcf.forces.shape_wrenches import add_shape_corrections
 from magmotor.numerics.deferred import subroutine
 
 

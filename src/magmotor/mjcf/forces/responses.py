@@ -15,20 +15,22 @@ from magmotor.numerics import c_types as types
 from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin.c_callbacks import interrupted, returning
 
-MATERIAL, PER_GEOM = 2, 7
-"""Numbers on which a response depends: the susceptibility, and the largest distance between nodes
-in m, or 0 for an automatic one; and for each geom, its type, its size, and its position."""
+MATERIAL, PER_GEOM = 3, 7
+"""Numbers on which a response depends: the susceptibility, the largest distance between nodes in m,
+or 0 for an automatic one, and whether the material saturates; and for each geom, its type, its
+size, and its position."""
 
-NEXT, KEY, GEOMS, COUNT, PADDED, RADIUS, VOLUME, FACTORS = 0, 1, 2, 3, 4, 5, 6, 7
-CENTER, EXTENT, FACES, FACE, START = 10, 13, 14, 15, 16
+NEXT, KEY, GEOMS, COUNT, PADDED, RADIUS, VOLUME, CENTER, EXTENT, FACES, FACE, START = (
+    0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13
+)  # fmt: skip
 """Words of a response: the address of the next one; where the numbers above start, and for how many
 geoms; how many nodes there are, and that number padded to whole eights; the radius of the balls of
-charge at nodes; the volume; the demagnetizing factors; the center in the frame of the first geom,
-and the radius of a sphere around the nodes; how many rectangles of flat faces there are, and where
-they start; and where the rows x, y, z of the nodes and of their area vectors start, which the
-matrix follows."""
+charge at nodes; the volume; the center in the frame of the first geom, and the radius of a sphere
+around the nodes; how many rectangles of flat faces there are, and where they start; and where the
+rows x, y, z of the nodes and the slopes of modes start, which the matrix follows, or the modes if
+the material saturates."""
 
-ROWS = 6
+ROWS = 4
 """Number of rows before the matrix."""
 
 BITS = 8
@@ -87,7 +89,7 @@ def _computed(place: int, geoms: int, head: int) -> int:
             from magmotor.numerics.iron.response import of_geoms
 
             numbers = np.array(key[MATERIAL:]).reshape(geoms, PER_GEOM)
-            response = of_geoms(numbers[:, 0], numbers[:, 1:4], numbers[:, 4:], *key[:MATERIAL])
+            response = of_geoms(numbers[:, 0], numbers[:, 1:4], numbers[:, 4:], *key[:2])
             block = _block(key, response)
             first = ctypes.c_int64.from_address(head)
             block[NEXT] = first.value
@@ -107,13 +109,12 @@ def _block(key: tuple[float, ...], response: Any) -> Any:
     numbers[start:], words[KEY], words[GEOMS] = key, start, len(key) // PER_GEOM
     words[COUNT], words[PADDED] = count, padded
     numbers[RADIUS], numbers[VOLUME] = response.radius, response.volume
-    numbers[FACTORS:CENTER] = response.factors
     numbers[CENTER:EXTENT], numbers[EXTENT] = response.center, response.extent
     numbers[face:start] = response.faces.ravel()
     words[FACES], words[FACE] = len(response.faces), face
     rows = numbers[START:face].reshape(ROWS + count, padded)
-    rows[:3, :count], rows[3:ROWS, :count] = response.points.T, response.areas.T
-    rows[ROWS:, :count] = response.matrix
+    rows[:3, :count], rows[3, :count] = response.points.T, response.slopes
+    rows[ROWS:, :count] = response.modes if key[2] else response.matrix
     return words
 
 

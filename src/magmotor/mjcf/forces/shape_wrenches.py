@@ -6,8 +6,6 @@ quadrature, are in the exact field of the other. The forces on the two are oppos
 the derivatives of the energy of the same charges in the potential of the other, by construction.
 """
 
-import math
-
 from magmotor.mjcf.forces.charges import set_charges, set_dipole
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole, padded
@@ -22,7 +20,7 @@ from magmotor.mjcf.forces.shape_distances import (
     reach_of,
 )
 from magmotor.mjcf.forces.shape_fields import (
-    flux_of_dipole,
+    dipole_at_dipole,
     set_continued_fields,
     set_continued_potentials,
 )
@@ -41,29 +39,6 @@ from magmotor.numerics.constants import COUNT
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.simd import broadcast, load, total
-
-
-@subroutine
-def dipole_at_dipole(target, source):
-    """Return the force and torque on a dipole near another one, and its energy."""
-    x, y, z = target[0] - source[0], target[1] - source[1], target[2] - source[2]
-    ax, ay, az = target[3], target[4], target[5]
-    bx, by, bz = source[3], source[4], source[5]
-    square = x * x + y * y + z * z
-    scale = VACUUM_PERMEABILITY / (4.0 * math.pi * square * math.sqrt(square))
-    ar, br, ab = ax * x + ay * y + az * z, bx * x + by * y + bz * z, ax * bx + ay * by + az * bz
-    fx, fy, fz = flux_of_dipole(source, target[0], target[1], target[2])
-    push = 3.0 * scale / square
-    both = ab - 5.0 * ar * br / square
-    return (
-        push * (ar * bx + br * ax + both * x),
-        push * (ar * by + br * ay + both * y),
-        push * (ar * bz + br * az + both * z),
-        ay * fz - az * fy,
-        az * fx - ax * fz,
-        ax * fy - ay * fx,
-        -(ax * fx + ay * fy + az * fz),
-    )
 
 
 @subroutine

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import cholesky, eigh, solve_triangular
 
 from magmotor.common.arrays import Array
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
@@ -68,9 +68,12 @@ class Response:
         Nodes on the surface, in m, in the frame of the piece.
     matrix : ndarray, shape (K, K)
         Minus the charges at the nodes, in T m^2, for a potential of 1 T m at one of them.
-    areas : ndarray, shape (K, 3)
-        Area vectors of the nodes in m^2: the integral of phi n over the surface is the sum of
-        potentials at nodes times these.
+    modes : ndarray, shape (K, K)
+        In m^(1/2): matrix = modes' modes, if the susceptibility is positive. The response of a
+        material with the reluctivity nu instead of 1/chi is modes' diag(1/(1 + (nu - 1/chi)
+        slopes)) modes, up to what the charges at the nodes do not resolve.
+    slopes : ndarray, shape (K,)
+        Susceptibilities of the modes: how they fall with the reluctivity.
     volume : float
         In m^3.
     susceptibility : float
@@ -84,7 +87,8 @@ class Response:
 
     points: Array
     matrix: Array
-    areas: Array
+    modes: Array
+    slopes: Array
     volume: float
     susceptibility: float
     radius: float
@@ -259,7 +263,8 @@ def ellipsoid(semi_axes: ArrayLike, spacing: float, susceptibility: float) -> Re
     """Compute the response of an ellipsoid, whose semi-axes (3,) are in m; see `of_geom`."""
     cells, nodes = meshes.ellipsoid(semi_axes, spacing), EllipsoidNodes(semi_axes, spacing)
     found = _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
-    factors = np.array(demagnetizing_factors(*map(float, semi_axes)))
+    a, b, c = np.asarray(semi_axes, dtype=float).tolist()
+    factors = np.array(demagnetizing_factors(a, b, c))
     return _with_moments(found, found.volume / (1 / susceptibility + factors))
 
 
@@ -274,10 +279,20 @@ def capsule(radius: float, half_length: float, spacing: float, susceptibility: f
 
 def _with_moments(found: Response, moments: Array) -> Response:
     """Return a response that has the given moments in uniform fields along the axes."""
-    charges = found.matrix @ found.points
-    inverse = np.linalg.inv(found.points.T @ charges)
-    change = charges @ (inverse @ np.diag(moments) @ inverse - inverse) @ charges.T
-    return replace(found, matrix=found.matrix + change)
+    now = found.points.T @ found.matrix @ found.points
+    sign = np.sign(now[0, 0])
+    inverse = np.linalg.inv(_root(sign * now))
+    wanted = inverse @ np.diag(sign * moments) @ inverse
+    change = sign * inverse @ (_root(wanted) - np.eye(3)) @ inverse
+    turned = np.eye(len(found.points)) + found.points @ change @ found.points.T @ found.matrix
+    matrix = turned.T @ found.matrix @ turned
+    return replace(found, matrix=(matrix + matrix.T) / 2, modes=found.modes @ turned)
+
+
+def _root(matrix: Array) -> Array:
+    """Return the square root of a symmetric positive matrix."""
+    values, vectors = np.linalg.eigh(matrix)
+    return vectors * np.sqrt(values) @ vectors.T
 
 
 def _response(
@@ -293,19 +308,20 @@ def _response(
     Charges of zero sum are those of all panels but the last, which takes the rest. The matrix is
     positive for a positive susceptibility and negative for a negative one: G is above P.
     """
-    panels, vectors = meshes.panels(cells)
-    form = mutual_energies(panels) + interior / susceptibility
-    form = form[:-1, :-1] - form[:-1, -1:] - form[-1:, :-1] + form[-1, -1]
-    each = panel_means(panels, nodes)
-    means = each[:-1] - each[-1]
+    panels, _ = meshes.panels(cells)
+    inside = _of_zero_sum(interior)
+    form = _of_zero_sum(mutual_energies(panels)) + inside / susceptibility
+    means = panel_means(panels, nodes)
     sign = math.copysign(1.0, susceptibility)
-    half = solve_triangular(cholesky(sign * form, lower=True), means, lower=True)
-    volume = meshes.outward(cells)[2].sum()
-    areas = each.T @ vectors
-    areas = volume * areas @ np.linalg.inv(nodes.points.T @ areas)  # exact for linear potentials
+    lower = cholesky(sign * form, lower=True)
+    half = solve_triangular(lower, means[:-1] - means[-1], lower=True)
+    modes, slopes = np.zeros((half.shape[1],) * 2), np.zeros(half.shape[1])
+    if sign > 0:
+        modes, slopes = _modes(lower, inside, half)
     found = Response(
-        nodes.points, sign * half.T @ half, areas, volume, susceptibility,
-        RADIUS * spacing, nodes.faces, np.asarray(center),
+        nodes.points, sign * half.T @ half, modes, slopes,
+        float(meshes.outward(cells)[2].sum()), susceptibility, RADIUS * spacing,
+        nodes.faces, np.asarray(center),
     )  # fmt: skip
     if not isinstance(nodes, RingNodes):
         return found
@@ -313,6 +329,19 @@ def _response(
     moments = np.einsum("ki,kl,li->i", found.points, found.matrix, found.points)
     moments[:2] = moments[:2].mean()
     return _with_moments(found, moments)
+
+
+def _of_zero_sum(form: Array) -> Array:
+    """Return a quadratic form of charges as one of all but the last, which takes the rest."""
+    return form[:-1, :-1] - form[:-1, -1:] - form[-1:, :-1] + form[-1, -1]
+
+
+def _modes(lower: Array, inside: Array, half: Array) -> tuple[Array, Array]:
+    """Return modes of the charges that nodes produce, for which both forms are diagonal."""
+    left, sizes, right = np.linalg.svd(half, full_matrices=False)
+    charges = solve_triangular(lower, left, lower=True, trans=1)
+    slopes, turned = eigh(charges.T @ inside @ charges)
+    return turned.T @ (sizes[:, None] * right), slopes
 
 
 def panel_means(panels: Array, nodes: Nodes) -> Array:
