@@ -323,11 +323,12 @@ def _response(
         float(meshes.outward(cells)[2].sum()), susceptibility, RADIUS * spacing,
         nodes.faces, np.asarray(center),
     )  # fmt: skip
-    if not isinstance(nodes, RingNodes):
-        return found
-    # The piece is as symmetric about its axis as nodes, in odd numbers on rings, are not.
+    if isinstance(nodes, FlatNodes) and len(nodes.faces) > 6:
+        return found  # a union of boxes may be magnetized obliquely
+    # The piece is as symmetric about its axes as nodes, in odd numbers on rings, are not.
     moments = np.einsum("ki,kl,li->i", found.points, found.matrix, found.points)
-    moments[:2] = moments[:2].mean()
+    if isinstance(nodes, RingNodes):
+        moments[:2] = moments[:2].mean()
     return _with_moments(found, moments)
 
 
