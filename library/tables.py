@@ -97,7 +97,8 @@ def numbers() -> str:
     named = {
         "OFFSETS": len(layout.Layout._fields), "ELSE": ELSE, "ASSUMED": ASSUMED,
         "NOT_A_MARK": NOT_A_MARK, "FORM": FORM, "KIND": KIND, "LONGEST": LONGEST,
-        "RESPONSE_BITS": responses.BITS, "RESPONSE_NUMBERS": responses.NUMBERS,
+        "RESPONSE_BITS": responses.BITS, "RESPONSE_START": responses.START,
+        "RESPONSE_MATERIAL": responses.MATERIAL, "RESPONSE_PER_GEOM": responses.PER_GEOM,
     }  # fmt: skip
     texts = {"MARK_NAME": MARK_NAME, "RESPONSES_MARK": responses.MARK.decode()}
     lines = [f"#define {name} {number}\n" for name, number in named.items()]

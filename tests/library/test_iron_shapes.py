@@ -201,7 +201,7 @@ def test_a_constant_potential_induces_nothing(bar):
 
 def test_separation_of_variables_is_right():
     """It is compared with faces as unknowns, and with a linear potential."""
-    lines = meshes.box_lines([0.5, 0.7, 1.0], 0.5)
+    lines = [meshes.spaced([-half, half], 0.5) for half in (0.5, 0.7, 1.0)]
     cells = meshes.cells_between(lines)
     found = interior.neumann_to_dirichlet_of_box(lines)
     other = interior.neumann_to_dirichlet(cells)

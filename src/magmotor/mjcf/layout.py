@@ -35,7 +35,8 @@ MODEL_FIELDS = (
     "body_parentid", "name_bodyadr", "name_jntadr", "name_geomadr", "name_siteadr",
     "name_actuatoradr", "name_sensoradr", "nuser_geom", "geom_user", "geom_dataid",
     "nmesh", "nmeshvert", "mesh_vertadr", "mesh_vertnum", "mesh_vert", "mesh_faceadr",
-    "mesh_facenum", "mesh_face", "nmeshface", "mesh_quat",
+    "mesh_facenum", "mesh_face", "nmeshface", "mesh_quat", "geom_pos", "geom_quat", "body_pos",
+    "body_quat",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (

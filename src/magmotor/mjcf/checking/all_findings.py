@@ -22,6 +22,7 @@ from magmotor.mjcf.checking.motion_findings import (
 )
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.checking.touching_iron import touching_pieces
 from magmotor.mjcf.declared import with_kind
 from magmotor.mjcf.describe import Description, weighed
 from magmotor.mjcf.field_and_energy import magnetic_energy
@@ -41,6 +42,7 @@ def failures(
     yield from misplaced
     for where, each in _states(model, state):
         yield from _overlaps(model, each, where)
+    yield from touching_pieces(model, state)
     for pair in pairs:
         yield from failures_of_pair(model, pair)
     now = {} if misplaced else frequencies(model, state)

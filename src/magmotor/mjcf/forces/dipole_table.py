@@ -12,6 +12,7 @@ from magmotor.mjcf.declarations.table import sites as sites_of
 from magmotor.mjcf.forces.iron_pieces import BODY as BODY_OF_PIECE
 from magmotor.mjcf.forces.iron_pieces import GEOM as GEOM_OF_PIECE
 from magmotor.mjcf.forces.iron_pieces import MOVES as MOVES_OF_PIECE
+from magmotor.mjcf.forces.iron_pieces import POSITION as POSITION_OF_PIECE
 from magmotor.mjcf.forces.iron_pieces import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
@@ -115,7 +116,7 @@ def gather(table, boundary, scale, drives, pieces, shapes, own, count, m, d, off
             magnets += 1
     iron = end
     for i in range(len(pieces)):
-        _add_piece(table, end, magnets, pieces[i], nsite, d, offsets)
+        _add_piece(table, end, magnets, pieces[i], nsite)
         mixed = mixed or table[LABEL, 0] != table[LABEL, end]
         end += 1
         magnets += 1
@@ -130,12 +131,11 @@ def gather(table, boundary, scale, drives, pieces, shapes, own, count, m, d, off
 
 
 @subroutine
-def _add_piece(table, end, magnet, piece, nsite, d, offsets):
+def _add_piece(table, end, magnet, piece, nsite):
     """Write a piece of iron to column `end`; it acts by its nodes, and has no moment here."""
     geom = int(piece[GEOM_OF_PIECE])
-    position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)[geom]
     for k in range(3):
-        table[k, end] = position[k]
+        table[k, end] = piece[POSITION_OF_PIECE + k]
         table[3 + k, end] = 0.0
     table[LABEL, end], table[ELEMENT, end] = piece[WELD_OF_PIECE], nsite + geom
     table[FIRST, magnet], table[SIZE, magnet] = end, 1

@@ -2,14 +2,25 @@
 
 The nodes of a piece resolve the field of a magnet that is about as far from them as they are from
 each other. A nearer magnet is lifted for them, along the normal of the face that it is above. All
-coordinates here are in the frame of the piece, and a face is given by the axis of its normal.
+coordinates here are in the frame of the piece. A face consists of rectangles, or is a disk; see
+`numerics/iron/nodes.py`.
 """
 
 import math
 
-from magmotor.mjcf.declarations.iron import BOX
-from magmotor.mjcf.forces.iron_pieces import DISTANCES, KIND, LENGTHS
+from magmotor.mjcf import memory
+from magmotor.mjcf.forces import responses
+from magmotor.mjcf.forces.iron_pieces import RESPONSE
 from magmotor.numerics.deferred import subroutine
+
+AXIS, SIDE, HEIGHT, CENTER, HALF, APART, COLUMNS = 0, 1, 2, 3, 5, 7, 8
+"""Columns of a rectangle: the axis of its normal, and the sign of that; its height along the
+normal; its center, and half of its edges, along the two next axes; the mean distance of its nodes;
+and how many columns there are. A disk has a radius and 0 instead of the edges."""
+
+POINT, WIDE, WIDTH = 1.4, 0.35, 1.5
+"""Heights that nodes resolve, over their distance: of a dipole, and of a magnet whose radius is
+`WIDTH` of it, since the field of a small magnet varies more."""
 
 SOFT = 0.25
 """Half of the interval of heights in which the lift begins, over the height that nodes resolve."""
@@ -19,10 +30,6 @@ SUNK = 0.25
 
 EDGE = 0.5
 """Width in which the image ends at an edge, over the distance of nodes."""
-
-POINT, WIDE, WIDTH = 1.4, 0.35, 1.5
-"""Heights that nodes resolve, over their distance: of a dipole, and of a magnet whose radius is
-`WIDTH` of it, since the field of a small magnet varies more."""
 
 
 @subroutine
@@ -36,26 +43,77 @@ def step(x):
 
 
 @subroutine
-def window(piece, axis, place, start, width):
-    """Return what is 1 over a face and 0 beside it, and its derivatives along the two next axes.
+def faces_of(piece):
+    """Return the rectangles of a piece, those of a face in a row."""
+    address = int(piece[RESPONSE])
+    words = memory.words(address, responses.START)
+    return memory.numbers(address + 8 * words[responses.FACE], words[responses.FACES], COLUMNS)
 
-    It ends `start` widths outside of the edges.
+
+@subroutine
+def face_from(faces, first):
+    """Return the rectangles in the plane of a first one."""
+    end = first + 1
+    while end < len(faces):
+        same = True
+        for k in range(CENTER):
+            same = same and faces[end, k] == faces[first, k]
+        if not same:
+            break
+        end += 1
+    return faces[first:end]
+
+
+@subroutine
+def distance_of_nodes(face):
+    """Return the largest mean distance of the nodes on the rectangles of a face."""
+    apart = 0.0
+    for k in range(len(face)):
+        apart = max(apart, face[k, APART])
+    return apart
+
+
+@subroutine
+def _along(x, half, start, width):
+    """Return what is 1 over an interval around 0 and 0 beside it, and its derivative."""
+    up, slope = step((x + half) / width + start)
+    down, other = step((x - half) / width + 1.0 - start)
+    return up - down, (slope - other) / width
+
+
+@subroutine
+def window(rectangle, place, start, width):
+    """Return what is 1 over a rectangle and 0 beside it, and its derivatives along the next axes.
+
+    It ends `start` widths outside of the edges. For half a width, the sum over rectangles beside
+    each other is that of the whole.
     """
-    one, two = (axis + 1) % 3, (axis + 2) % 3
-    b, c = place[one], place[two]
-    if int(piece[KIND]) == BOX:
-        u, du = step((piece[LENGTHS + one] - abs(b)) / width + start)
-        v, dv = step((piece[LENGTHS + two] - abs(c)) / width + start)
-        db, dc = -math.copysign(du / width, b), -math.copysign(dv / width, c)
-        return u * v, db * v, u * dc
+    axis = int(rectangle[AXIS])
+    b = place[(axis + 1) % 3] - rectangle[CENTER]
+    c = place[(axis + 2) % 3] - rectangle[CENTER + 1]
+    if rectangle[HALF + 1] > 0.0:
+        u, du = _along(b, rectangle[HALF], start, width)
+        v, dv = _along(c, rectangle[HALF + 1], start, width)
+        return u * v, du * v, u * dv
     distance = math.sqrt(b * b + c * c)
-    u, du = step((piece[LENGTHS + one] - distance) / width + start)
+    u, du = step((rectangle[HALF] - distance) / width + start)
     slope = -du / (width * distance) if distance > 0.0 else 0.0
     return u, slope * b, slope * c
 
 
 @subroutine
-def lift(piece, axis, place, extent, radius, thickness):
+def _above(face, place, width):
+    """Return what is 1 over any rectangle of a face and 0 a width beside all, and derivatives."""
+    left, by_one, by_two = 1.0, 0.0, 0.0
+    for k in range(len(face)):
+        u, du, dv = window(face[k], place, 1.0, width)
+        by_one, by_two = by_one * (1.0 - u) + left * du, by_two * (1.0 - u) + left * dv
+        left *= 1.0 - u
+    return 1.0 - left, by_one, by_two
+
+
+@subroutine
+def lift(face, place, extent, radius, thickness):
     """Return how far a magnet is lifted along an axis, and the derivatives of that.
 
     The magnet has its center at `place`, reaches `extent` towards the face, and has a `radius` and,
@@ -63,19 +121,16 @@ def lift(piece, axis, place, extent, radius, thickness):
     by the places of its center along the two next axes. A magnet that reaches below the plane of a
     face, by more than contacts let it sink in, is beside the face.
     """
-    distance = piece[DISTANCES + axis]
-    if distance == 0.0:
-        return 0.0, 0.0, 0.0, 0.0
+    side, distance = face[0, SIDE], distance_of_nodes(face)
     resolved = POINT * distance - (POINT - WIDE) * min(distance, radius / WIDTH)
-    side = math.copysign(1.0, place[axis])
-    gap = side * place[axis] - piece[LENGTHS + axis] - extent
+    gap = side * place[int(face[0, AXIS])] - face[0, HEIGHT] - extent
     half = SOFT * resolved
     short = resolved + half - gap
     sunk = SUNK * (thickness if thickness > 0.0 else distance)
     above, by_gap = step(1.0 + gap / sunk)
     if short <= 0.0 or above == 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    inside, by_one, by_two = window(piece, axis, place, 1.0, radius if radius > 0.0 else distance)
+    inside, by_one, by_two = _above(face, place, radius if radius > 0.0 else distance)
     height, slope = short - half, 1.0
     if short < 2.0 * half:
         height, slope = short * short / (4.0 * half), short / (2.0 * half)

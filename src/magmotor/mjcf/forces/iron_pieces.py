@@ -1,4 +1,4 @@
-"""Pieces of iron in one state: geoms of iron, with the nodes on their surfaces.
+"""Pieces of iron in one state, with the nodes on their surfaces; see also `iron_unions.py`.
 
 The response of a piece to a potential at its nodes is a matrix; see `numerics/iron/response.py`.
 """
@@ -10,23 +10,22 @@ from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.iron import BOX, CYLINDER, ELLIPSOID, SPHERE
 from magmotor.mjcf.declarations.table import pieces, planes
 from magmotor.mjcf.forces import responses
+from magmotor.mjcf.forces.iron_unions import RESPONSE as OF_UNION
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirror_of
-from magmotor.mjcf.forces.responses import response_of
 from magmotor.numerics.arrays import copy
 from magmotor.numerics.deferred import jitable, subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 GEOM, SUSCEPTIBILITY, SATURATION, POSITION, FRAME, EXTENT = 0, 1, 2, 3, 6, 15
-"""Columns of a piece: its geom, its material, its pose, and the radius of the sphere around it."""
+"""Columns of a piece: its first geom, its material, its pose, and the radius of the sphere around
+it."""
 
-RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES = 16, 17, 18, 19, 20, 21, 22
+RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, COLUMNS = (
+    16, 17, 18, 19, 20, 21, 22, 23, 24
+)  # fmt: skip
 """Further columns: the address of its response; its first node and how many there are; the radius
-of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that."""
-
-KIND, LENGTHS, DISTANCES, ENERGY, COLUMNS = 23, 24, 27, 30, 31
-"""Further columns: the type of the geom; half of its lengths along its axes; the distances of nodes
-on its flat faces, or 0 where it has none; its energy in J in the potential of
-everything else; and how many columns there are."""
+of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; its
+energy in J in the potential of everything else; and how many columns there are."""
 
 PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, ROWS = 0, 3, 4, 5, 6, 7, 8
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
@@ -36,67 +35,60 @@ Potentials and charges are divided by the scale of moments, as polarizations are
 
 
 @subroutine(forceinline=True)
-def count_nodes(table, m, offsets):
+def count_nodes(unions):
     """Return the numbers of columns for all nodes, and for those of the largest piece.
 
     They are -1 if a response is not known and could not be computed.
     """
     total = largest = 0
-    for piece in pieces(table):
-        material = numbers_of(piece.material, m, offsets)
-        if material[0] != 0.0:
-            address = response_of(piece.geom, material, m, offsets)
-            if address == 0:
-                return -1, -1
+    for k in range(len(unions)):
+        address = int(unions[k, OF_UNION])
+        if address == 0:
+            return -1, -1
+        if address > 0:
             padded = memory.words(address, responses.START)[responses.PADDED]
             total, largest = total + padded, max(largest, padded)
     return total, largest
 
 
 @subroutine
-def unanswered_piece(table, m, offsets):
+def unanswered_piece(unions, table):
     """Return the first geom of iron whose response could not be computed, or -1."""
-    for piece in pieces(table):
-        material = numbers_of(piece.material, m, offsets)
-        if material[0] != 0.0 and response_of(piece.geom, material, m, offsets) == 0:
-            return piece.geom
+    for k in range(len(unions)):
+        if unions[k, OF_UNION] == 0.0:
+            return pieces(table)[k].geom
     return -1
 
 
 @subroutine(forceinline=True)
-def read_pieces(rows, nodes, scale, table, m, d, offsets):
+def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
     """Write one row for each piece that a field magnetizes, and its nodes; return how many.
 
-    `scale` is that of moments.
+    `scale` is that of moments, and `unions` are the rows of `iron_unions.py`.
     """
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
     frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
-    extent = memory.numbers(m[offsets.geom_rbound // 8], 1, memory.UNBOUNDED)[0]
-    shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
-    size = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     found, count, first = pieces(table), 0, 0
     for k in range(len(found)):
-        piece = found[k]
-        material = numbers_of(piece.material, m, offsets)
-        if material[0] == 0.0:
+        if unions[k, OF_UNION] < 0.0:
             continue
-        row, geom = rows[count], piece.geom
-        address = response_of(geom, material, m, offsets)
+        piece, row, address = found[k], rows[count], int(unions[k, OF_UNION])
+        material = numbers_of(piece.material, m, offsets)
         words = memory.words(address, responses.START)
         numbers = memory.numbers(address, 1, responses.START)[0]
-        row[GEOM], row[SUSCEPTIBILITY], row[EXTENT] = geom, material[0], extent[geom]
+        row[GEOM], row[SUSCEPTIBILITY] = piece.geom, material[0]
         saturates = len(material) > 1 and material[0] > 0.0
         row[SATURATION] = scale * material[1] if saturates else 0.0
-        copy(row[POSITION:FRAME], position[geom])
-        copy(row[FRAME:EXTENT], frame[geom])
+        copy(row[FRAME:EXTENT], frame[piece.geom])
+        for axis in range(3):
+            along = row[FRAME + 3 * axis : EXTENT]
+            u, v, w = responses.CENTER, responses.CENTER + 1, responses.CENTER + 2
+            shift = along[0] * numbers[u] + along[1] * numbers[v] + along[2] * numbers[w]
+            row[POSITION + axis] = position[piece.geom, axis] + shift
+        row[EXTENT] = numbers[responses.EXTENT]
         row[RESPONSE], row[FIRST], row[COUNT] = address, first, words[responses.COUNT]
         row[RADIUS] = numbers[responses.RADIUS]
         row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
-        row[KIND] = shape[geom]
-        a, b, c, _ = ellipsoid(shape[geom], size[geom, 0], size[geom, 1], size[geom, 2])
-        row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, b, c
-        for axis in range(3):
-            row[DISTANCES + axis] = numbers[responses.DISTANCES + axis]
         _place(nodes, row, words[responses.PADDED])
         first += words[responses.PADDED]
         count += 1

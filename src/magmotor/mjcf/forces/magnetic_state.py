@@ -4,6 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 import mujoco
+import numpy as np
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.declarations import table as declared
@@ -43,6 +44,7 @@ from magmotor.mjcf.forces.iron_pieces import (
 )
 from magmotor.mjcf.forces.iron_pieces import ROWS as ROWS_OF_NODES
 from magmotor.mjcf.forces.iron_potentials import set_outer_potentials
+from magmotor.mjcf.forces.iron_unions import WORDS, find_responses, find_unions
 from magmotor.mjcf.forces.iron_wrenches import flux_of_iron
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.shape_fields import flux_of_shapes
@@ -93,6 +95,12 @@ class Sizes(NamedTuple):
 
 
 @subroutine
+def _geoms_of_iron(table, kinds):
+    """Return the number of geoms of iron that act."""
+    return len(declared.pieces(table)) if kinds & IRON else 0
+
+
+@subroutine
 def _sizes(table, kinds, nodes, largest):
     """Return the sizes of what acts, with `nodes` of iron, and `largest` of one piece."""
     magnets = declared.magnets(table)
@@ -106,21 +114,12 @@ def _sizes(table, kinds, nodes, largest):
         sites,
         len(declared.couplings(table)) if kinds & COUPLINGS else 0,
         len(declared.fields(table)) if kinds & FIELDS else 0,
-        len(declared.pieces(table)) if kinds & IRON else 0,
+        _geoms_of_iron(table, kinds),
         len(declared.coils(table)) if kinds & COILS and count > 0 else 0,
         shapes,
         nodes,
         max(largest, MOST if shapes > 0 else 0),
     )
-
-
-@subroutine
-def _all_sizes(table, kinds, m, offsets):
-    """Return the sizes of what acts; those of nodes are -1 if iron has no response."""
-    nodes = largest = 0
-    if kinds & IRON:
-        nodes, largest = count_nodes(table, m, offsets)
-    return _sizes(table, kinds, nodes, largest)
 
 
 @subroutine
@@ -147,18 +146,24 @@ def _stack_words(sizes):
 
 def stack_bytes(model: mujoco.MjModel) -> int:
     """Return the bytes that magnetism needs on the stack of `mjData`, at most."""
-    return _stack_bytes(layout.current())(model._address)
+    room = np.empty(WORDS * (model.ngeom + 1))
+    return _stack_bytes(layout.current())(model._address, room.ctypes.data)
 
 
 @compiled_once()
 def _stack_bytes(checksum: int, offsets: layout.Layout):
     """Define `stack_bytes` for one layout of the structs."""
 
-    def stack_bytes(model):
+    def stack_bytes(model, room):
         _ = checksum
         m, table = memory.words(model, memory.UNBOUNDED), table_of(model, False)
-        sizes = _all_sizes(table, acting_kinds(table, m, offsets), m, offsets)
-        return 8 * _stack_words(sizes) + cluster_bytes(_dipoles(sizes)) + ALIGNMENT
+        kinds = acting_kinds(table, m, offsets)
+        unions = find_unions(room, _geoms_of_iron(table, kinds), table, m, offsets)
+        find_responses(unions, table, m, offsets)
+        nodes, largest = count_nodes(unions)
+        sizes = _sizes(table, kinds, nodes, largest)
+        words = _stack_words(sizes) + WORDS * (len(unions) + 1)
+        return 8 * words + cluster_bytes(_dipoles(sizes)) + ALIGNMENT
 
     return stack_bytes
 
@@ -206,7 +211,12 @@ def read_state(m, d, offsets, own, kinds):
 
     The caller marks the stack of `mjData` before, and frees it afterwards.
     """
-    sizes, scale = _all_sizes(own, kinds, m, offsets), moment_scale(own, m, offsets)
+    scale, geoms = moment_scale(own, m, offsets), _geoms_of_iron(own, kinds)
+    place = memory.allocate(d.ctypes.data, 8 * WORDS * (geoms + 1), 64)
+    unions = find_unions(place, geoms, own, m, offsets)
+    find_responses(unions, own, m, offsets)
+    nodes, largest = count_nodes(unions)
+    sizes = _sizes(own, kinds, nodes, largest)
     table, boundary, couplings, fields, pieces, nodes, drives, shapes, room = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
@@ -216,7 +226,8 @@ def read_state(m, d, offsets, own, kinds):
     if kinds & SHAPES:
         shapes = shapes[: read_shapes(shapes, scale, own, m, d, offsets)]
     if kinds & IRON:
-        count = read_pieces(pieces, nodes, scale, own, m, d, offsets) if sizes.nodes >= 0 else 0
+        known = sizes.nodes >= 0
+        count = read_pieces(pieces, nodes, unions, scale, own, m, d, offsets) if known else 0
         pieces = pieces[:count]
         mirror = read_mirror(own, m, d, offsets)
     magnets = gather(
@@ -224,7 +235,7 @@ def read_state(m, d, offsets, own, kinds):
     )  # fmt: skip
     error = _dipole_behind(table, magnets, mirror)
     if sizes.nodes < 0:
-        error = UNANSWERED, unanswered_piece(own, m, offsets), -1
+        error = UNANSWERED, unanswered_piece(unions, own), -1
     state = MagneticState(
         table, magnets, couplings, fields, pieces, nodes, shapes, room, mirror, scale, error
     )  # fmt: skip

@@ -77,7 +77,7 @@ def neumann_to_dirichlet_of_box(lines: list[Array]) -> Array:
     Parameters
     ----------
     lines : list of ndarray
-        Coordinates of the grid along x, y and z, in m; see `meshes.box_lines`.
+        Coordinates of the grid along x, y and z, in m; see `meshes.spaced`.
 
     Returns
     -------

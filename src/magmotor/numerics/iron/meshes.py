@@ -40,13 +40,20 @@ def box(half_edges: ArrayLike, spacing: float) -> Array:
     ndarray, shape (N, 2, 2, 2, 3)
         Corners of the cells in m, along three coordinates of the cell.
     """
-    return cells_between(box_lines(half_edges, spacing))
+    half = np.asarray(half_edges, dtype=float)
+    return cells_between([spaced([-length, length], spacing) for length in half])
 
 
-def box_lines(half_edges: ArrayLike, spacing: float) -> list[Array]:
-    """Return the coordinates of the grid of a box along x, y and z, in m."""
-    lengths = 2 * np.asarray(half_edges, dtype=float)
-    return [length * (_lines(length, spacing) - 0.5) for length in lengths]
+def spaced(edges: ArrayLike, spacing: float, axis: bool = False) -> Array:
+    """Return the coordinates of a grid between some coordinates of edges, and denser beside them.
+
+    It is not denser beside the first one if that is an `axis`.
+    """
+    ends = np.asarray(edges, dtype=float)
+    widths, parts = np.diff(ends), []
+    for k, (start, width) in enumerate(zip(ends[:-1], widths, strict=True)):
+        parts.append(start + width * _lines(width, spacing, (k > 0 or not axis, True))[:-1])
+    return np.concatenate([*parts, ends[-1:]])
 
 
 def cells_between(lines: list[Array]) -> Array:
@@ -60,14 +67,24 @@ def cylinder(radius: float, half_length: float, spacing: float) -> Array:
     The parameters and what is returned are those of `box`; two corners of the cells at the axis
     coincide with two others.
     """
-    around = max(12, int(np.ceil(2 * np.pi * radius / spacing)))
-    radial = _lines(radius, spacing, (False, True))
-    angles = 2 * np.pi / around * np.arange(around + 1)
-    axial = _lines(2 * half_length, spacing)
-    r, phi, z = np.meshgrid(radial, angles, axial, indexing="ij")
-    true = radius / np.sqrt(np.sin(angles[1]) / angles[1])
-    x = [true * r * np.cos(phi), true * r * np.sin(phi), half_length * (2 * z - 1)]
-    return _cells(np.stack(x, axis=-1))
+    return cells_around(cylinder_lines([0.0, radius], [-half_length, half_length], spacing))
+
+
+def cylinder_lines(radii: ArrayLike, heights: ArrayLike, spacing: float) -> list[Array]:
+    """Return radii, angles and heights of a grid for cylinders with these edges.
+
+    The radii are those of regular polygons with the areas of circles.
+    """
+    around = max(12, int(np.ceil(2 * np.pi * np.max(radii) / spacing)))
+    angles = np.array(2 * np.pi / around * np.arange(around + 1), dtype=float)
+    return [spaced(radii, spacing, axis=True), angles, spaced(heights, spacing)]
+
+
+def cells_around(lines: list[Array]) -> Array:
+    """Return the cells of a grid with the given radii, angles and heights."""
+    r, phi, z = np.meshgrid(*lines, indexing="ij")
+    true = 1 / np.sqrt(np.sin(lines[1][1]) / lines[1][1])
+    return _cells(np.stack([true * r * np.cos(phi), true * r * np.sin(phi), z], axis=-1))
 
 
 def ellipsoid(semi_axes: ArrayLike, spacing: float) -> Array:

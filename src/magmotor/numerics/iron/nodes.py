@@ -4,12 +4,14 @@ The potential of magnets outside is smooth on a smooth surface: a few nodes desc
 number of panels. The charges that answer it belong to the nodes.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from magmotor.common.arrays import Array
+from magmotor.numerics.iron.unions import Rectangle
 
 LARGEST_ORDER = 4
 """Number of Gauss points in an interval; a longer line has several intervals."""
@@ -51,42 +53,81 @@ class Line(NamedTuple):
         return basis.reshape(len(x), nodes.size)
 
 
-class BoxNodes:
-    """Nodes on the faces of a box with the given half edges."""
+FLAT = Line(1, 1)
+"""A line along which there is nothing but one node."""
 
-    def __init__(self, half_edges: ArrayLike, spacing: float):
-        self._half = np.asarray(half_edges, dtype=float)
-        self._lines = [Line.spaced(length, spacing) for length in 2 * self._half]
-        found = []
-        for axis in range(3):
-            lines = [line.nodes for line in self._lines]
-            for side in (0.0, 1.0):
-                lines[axis] = np.array([side])
-                grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
-                found.append(self._half * (2 * grid.reshape(-1, 3) - 1))
+INTO_WALL = 0.25
+"""How far faces reach into what rises beside them, over the distance of nodes, so that their images
+do not end there; see `mjcf/forces/faces.py`."""
+
+CLOSE = 1e-9
+"""How far points may be outside of a rectangle, over the size of the piece."""
+
+
+def face(axis: int, side: int, center: Array, half: Array, apart: float) -> list[float]:
+    """Return what is needed of a flat face: a row of numbers.
+
+    Parameters
+    ----------
+    axis, side : int
+        The axis of its normal, and the sign of that.
+    center, half : ndarray, shape (3,)
+        The center and half of the edges along x, y and z, in m. A disk has its radius as the first
+        edge after the normal, and no second one.
+    apart : float
+        Mean distance of its nodes, in m.
+
+    Returns
+    -------
+    list of float
+        The axis; the sign; the height of the face along its normal; the center, and half of the
+        edges, along the two next axes; and the mean distance of nodes.
+    """
+    one, two = (axis + 1) % 3, (axis + 2) % 3
+    return [axis, side, side * center[axis], center[one], center[two], half[one], half[two], apart]
+
+
+class FlatNodes:
+    """Nodes on rectangles whose normals are along the axes."""
+
+    def __init__(self, rectangles: list[Rectangle], spacing: float):
+        self._rectangles = rectangles
+        self._lines, found = [], []
+        for rectangle in rectangles:
+            lengths = rectangle.upper - rectangle.lower
+            lines = [Line.spaced(length, spacing) if length else FLAT for length in lengths]
+            grid = np.stack(np.meshgrid(*(line.nodes for line in lines), indexing="ij"), axis=-1)
+            found.append(rectangle.lower + lengths * grid.reshape(-1, 3))
+            self._lines.append(lines)
         self.points = np.concatenate(found)
 
     @property
-    def distances(self) -> Array:
-        """Mean distances of nodes on the faces normal to the axes, the larger of two, in m."""
-        one = 2 * self._half / [line.nodes.size for line in self._lines]
-        return np.maximum(np.roll(one, -1), np.roll(one, -2))
+    def faces(self) -> Array:
+        """The rectangles, and what is behind inner edges; see `face`."""
+        rows = []
+        for rectangle, lines in zip(self._rectangles, self._lines, strict=True):
+            lengths = rectangle.upper - rectangle.lower
+            apart = max(lengths / [line.nodes.size for line in lines])
+            more = INTO_WALL * apart * rectangle.risen
+            lower, upper = rectangle.lower - more[0], rectangle.upper + more[1]
+            center, half = (lower + upper) / 2, (upper - lower) / 2
+            rows.append(face(rectangle.axis, rectangle.side, center, half, apart))
+        return np.array(rows)
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
-        x = points / self._half
-        face = 2 * np.abs(x).argmax(axis=1)
-        face += x[np.arange(len(x)), face // 2] > 0
-        matrix, start = np.zeros((len(x), len(self.points))), 0
-        for number in range(6):
-            bases = [
-                line.basis((x[face == number, k] + 1) / 2) for k, line in enumerate(self._lines)
-            ]
-            one, two = np.delete(np.arange(3), number // 2)
-            product = bases[one][:, :, None] * bases[two][:, None, :]
-            size = product.shape[1] * product.shape[2]
-            matrix[face == number, start : start + size] = product.reshape(-1, size)
-            start += size
+        matrix, start = np.zeros((len(points), len(self.points))), 0
+        close = CLOSE * np.abs(points).max()
+        for rectangle, lines in zip(self._rectangles, self._lines, strict=True):
+            inside = (points > rectangle.lower - close) & (points < rectangle.upper + close)
+            here = np.flatnonzero(inside.all(axis=1))
+            lengths = rectangle.upper - rectangle.lower
+            along = (points[here] - rectangle.lower) / np.where(lengths > 0, lengths, 1.0)
+            bases = [line.basis(along[:, k]) for k, line in enumerate(lines)]
+            end = start + math.prod(line.nodes.size for line in lines)
+            product = np.einsum("ni,nj,nk->nijk", *bases)
+            matrix[here, start:end] = product.reshape(len(here), end - start)
+            start = end
         return matrix
 
 
@@ -110,9 +151,9 @@ class RingNodes:
         self.points = np.concatenate(found)
 
     @property
-    def distances(self) -> Array:
-        """Mean distances of nodes on faces normal to the axes in m; 0 where there are none."""
-        return np.zeros(3)
+    def faces(self) -> Array:
+        """The flat faces; see `face`."""
+        return np.zeros((0, 8))
 
     def _interpolate(self, segment: Array, along: Array, phi: Array) -> Array:
         """Return the matrix for points on segments, from 0 to 1 along each, at angles phi."""
@@ -131,31 +172,48 @@ class RingNodes:
 
 
 class CylinderNodes(RingNodes):
-    """Nodes on a cylinder along z."""
+    """Nodes on cylinders along z.
 
-    def __init__(self, radius: float, half_length: float, spacing: float):
-        self._radius, self._half_length = radius, half_length
-        base, side = Line.spaced(radius, spacing), Line.spaced(2 * half_length, spacing)
-        disk, wall = radius * base.nodes, half_length * (2 * side.nodes - 1)
-        rings = [
-            (disk, np.full(disk.size, -half_length)),
-            (np.full(wall.size, radius), wall),
-            (disk, np.full(disk.size, half_length)),
-        ]
-        super().__init__([base, side, base], rings, spacing)
-        self._base = radius / base.nodes.size
+    Their walls and bases are rectangles whose coordinates are radii, angles and heights. At each
+    height, there is either one base or one wall.
+    """
+
+    def __init__(self, rectangles: list[Rectangle], spacing: float):
+        self._rectangles, lines, rings = rectangles, [], []
+        for each in rectangles:
+            radii, _, heights = lengths = each.upper - each.lower
+            line = Line.spaced(max(radii, heights), spacing)
+            points = each.lower + lengths * line.nodes[:, None]
+            rings.append((points[:, 0], points[:, 2]))
+            lines.append(line)
+        super().__init__(lines, rings, spacing)
 
     @property
-    def distances(self) -> Array:
-        """Mean distances of nodes on faces normal to the axes in m; 0 where there are none."""
-        return np.array([0.0, 0.0, self._base])
+    def faces(self) -> Array:
+        """The bases; see `face`."""
+        rows = []
+        for each, line in zip(self._rectangles, self._segments, strict=True):
+            apart = (each.upper[0] - each.lower[0]) / line.nodes.size
+            if each.axis == 2:
+                rows.append(
+                    face(2, each.side, each.lower * [0, 0, 1], each.upper * [1, 0, 0], apart)
+                )
+        return np.array(rows)
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
         x, y, z = points.T
-        r, height = np.hypot(x, y) / self._radius, z / self._half_length
-        segment = np.where(np.abs(height) < 1 - 1e-9, 1, np.where(height > 0, 2, 0))
-        along = np.where(segment == 1, (height + 1) / 2, r)
+        r, close = np.hypot(x, y), CLOSE * np.abs(points).max()
+        segment, along = np.zeros(len(x), dtype=int), np.zeros(len(x))
+        for number, each in enumerate(self._rectangles):
+            lengths = each.upper - each.lower
+            if each.axis == 0:
+                here = (z > each.lower[2] + close) & (z < each.upper[2] - close)
+                along[here] = (z[here] - each.lower[2]) / lengths[2]
+            else:
+                here = np.abs(z - each.lower[2]) <= close
+                along[here] = (r[here] - each.lower[0]) / lengths[0]
+            segment[here] = number
         return self._interpolate(segment, along, np.arctan2(y, x))
 
 

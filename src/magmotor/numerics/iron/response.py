@@ -29,18 +29,22 @@ from magmotor.numerics.iron import meshes
 from magmotor.numerics.iron.coulomb import RULE_OF_SEVEN, mutual_energies
 from magmotor.numerics.iron.interior import neumann_to_dirichlet, neumann_to_dirichlet_of_box
 from magmotor.numerics.iron.nodes import (
-    BoxNodes,
     CapsuleNodes,
     CylinderNodes,
     EllipsoidNodes,
+    FlatNodes,
     RingNodes,
 )
+from magmotor.numerics.iron.unions import Union
 
 CHUNK = 128
 """Number of panels at a time."""
 
 NODES = 96
 """Number of nodes of a piece, roughly, unless their distance is given."""
+
+CLOSED = 1e-6
+"""Gaps narrower than this, over half of the size, are none."""
 
 RADIUS = 0.5
 """Radius of the balls of charge at the nodes, over the distance of nodes."""
@@ -51,7 +55,7 @@ SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 2, 3, 4, 5, 6
 LARGEST_COUNT = 100
 """Number of sweeps over coupled pieces, at most."""
 
-Nodes = BoxNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
+Nodes = FlatNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
 
 
 @dataclass(frozen=True)
@@ -75,8 +79,10 @@ class Response:
     susceptibility : float
     radius : float
         Radius in m of the balls of charge at the nodes, for what is as near as their distance.
-    distances : ndarray, shape (3,)
-        Mean distances of nodes on the flat faces normal to each axis, in m; 0 where there is none.
+    faces : ndarray, shape (F, 8)
+        The flat faces; see `nodes.face`.
+    center : ndarray, shape (3,)
+        Where the origin of the piece's frame is, in m, in the frame in which it was described.
     """
 
     points: Array
@@ -86,7 +92,13 @@ class Response:
     volume: float
     susceptibility: float
     radius: float
-    distances: Array
+    faces: Array
+    center: Array
+
+    @property
+    def extent(self) -> float:
+        """Radius of a sphere around the nodes, in m."""
+        return float(np.linalg.norm(self.points, axis=1).max())
 
     @property
     def factors(self) -> Array:
@@ -136,9 +148,9 @@ def of_geom(kind: int, size: ArrayLike, susceptibility: float, spacing: float = 
     """
     a, b, c = np.asarray(size, dtype=float)
     if kind == BOX:
-        return box([a, b, c], spacing or _spacing(8 * (a * b + b * c + c * a)), susceptibility)
+        return box([a, b, c], spacing, susceptibility)
     if kind == CYLINDER:
-        return cylinder(a, b, spacing or _spacing(2 * np.pi * a * (a + 2 * b)), susceptibility)
+        return cylinder(a, b, spacing, susceptibility)
     if kind == SPHERE:
         b = c = a
     if kind == CAPSULE:
@@ -149,25 +161,102 @@ def of_geom(kind: int, size: ArrayLike, susceptibility: float, spacing: float = 
     return ellipsoid([a, b, c], spacing or _spacing(area), susceptibility)
 
 
+def of_geoms(
+    kinds: Array, sizes: Array, centers: Array, susceptibility: float, spacing: float = 0.0
+) -> Response:
+    """Compute the response of a geom, or of boxes or cylinders along z that are one piece.
+
+    Parameters
+    ----------
+    kinds : ndarray, shape (N,)
+        Types of the geoms.
+    sizes, centers : ndarray, shape (N, 3)
+        Their sizes as in `geom_size`, along common axes, and their positions, in m.
+    susceptibility, spacing : float
+        As in `of_geom`.
+    """
+    if len(kinds) == 1:
+        return of_geom(int(kinds[0]), sizes[0], susceptibility, spacing)
+    if kinds[0] == BOX:
+        return boxes(sizes, centers, susceptibility, spacing)
+    return cylinders(sizes[:, 0], sizes[:, 1], centers[:, 2], susceptibility, spacing)
+
+
 def _spacing(area: float) -> float:
     return math.sqrt(area / NODES)
 
 
 def box(half_edges: ArrayLike, spacing: float, susceptibility: float) -> Response:
     """Compute the response of a box, whose half edges (3,) are in m; see `of_geom`."""
-    lines = meshes.box_lines(half_edges, spacing)
-    interior = neumann_to_dirichlet_of_box(lines)
-    cells = meshes.cells_between(lines)
-    return _response(cells, interior, BoxNodes(half_edges, spacing), susceptibility, spacing)
+    return boxes(np.atleast_2d(half_edges), np.zeros((1, 3)), susceptibility, spacing)
+
+
+def boxes(
+    half_edges: Array, centers: Array, susceptibility: float, spacing: float = 0.0
+) -> Response:
+    """Compute the response of a union of boxes whose edges are parallel.
+
+    Parameters
+    ----------
+    half_edges, centers : ndarray, shape (N, 3)
+        Half of the lengths of the boxes along x, y and z, and their centers, in m.
+    susceptibility, spacing : float
+        As in `of_geom`. Without a spacing, the number of nodes grows with that of rectangles of
+        which the surface consists.
+    """
+    lower, upper = centers - half_edges, centers + half_edges
+    center = (lower.min(axis=0) + upper.max(axis=0)) / 2
+    union = Union(lower - center, upper - center, CLOSED * np.max(upper - center))
+    rectangles = union.rectangles()
+    if not spacing:
+        area = sum(math.prod(np.delete(r.upper - r.lower, r.axis)) for r in rectangles)
+        spacing = _spacing(6 * area / len(rectangles))
+    lines, nodes = (
+        [meshes.spaced(edges, spacing) for edges in union.edges],
+        FlatNodes(rectangles, spacing),
+    )
+    cells = meshes.cells_between(lines)[union.inside(lines)]
+    interior = neumann_to_dirichlet_of_box(lines) if union.is_box else neumann_to_dirichlet(cells)
+    nodes = FlatNodes(rectangles, spacing)
+    return _response(cells, interior, nodes, susceptibility, spacing, center)
 
 
 def cylinder(radius: float, half_length: float, spacing: float, susceptibility: float) -> Response:
     """Compute the response of a cylinder along z; see `of_geom`."""
-    cells, nodes = (
-        meshes.cylinder(radius, half_length, spacing),
-        CylinderNodes(radius, half_length, spacing),
-    )
-    return _response(cells, neumann_to_dirichlet(cells), nodes, susceptibility, spacing)
+    one, other = np.array([radius]), np.array([half_length])
+    return cylinders(one, other, np.zeros(1), susceptibility, spacing)
+
+
+def cylinders(
+    radii: Array, half_lengths: Array, heights: Array, susceptibility: float, spacing: float = 0.0
+) -> Response:
+    """Compute the response of a union of cylinders along z.
+
+    Parameters
+    ----------
+    radii, half_lengths, heights : ndarray, shape (N,)
+        Radii, half of the lengths, and the heights of the centers, in m.
+    susceptibility, spacing : float
+        As in `boxes`.
+    """
+    middle = (np.min(heights - half_lengths) + np.max(heights + half_lengths)) / 2
+    none, around = np.zeros(len(radii)), np.full(len(radii), 2 * np.pi)
+    lower = np.stack([none, none, heights - middle - half_lengths], axis=1)
+    upper = np.stack([radii, around, heights - middle + half_lengths], axis=1)
+    union = Union(lower, upper, CLOSED * max(radii.max(), upper[:, 2].max()))
+    rectangles = [each for each in union.rectangles() if each.axis != 1 and each.upper[0] > 0]
+    if not spacing:
+        area = sum(
+            np.pi * (r.upper[0] ** 2 - r.lower[0] ** 2)
+            + 2 * np.pi * r.upper[0] * (r.upper[2] - r.lower[2])
+            for r in rectangles
+        )
+        spacing = _spacing(3 * area / len(rectangles))
+    lines = meshes.cylinder_lines(union.edges[0], union.edges[2], spacing)
+    cells = meshes.cells_around(lines)[union.inside(lines)]
+    nodes = CylinderNodes(rectangles, spacing)
+    interior = neumann_to_dirichlet(cells)
+    return _response(cells, interior, nodes, susceptibility, spacing, [0.0, 0.0, middle])
 
 
 def ellipsoid(semi_axes: ArrayLike, spacing: float, susceptibility: float) -> Response:
@@ -207,7 +296,12 @@ def _root(matrix: Array) -> Array:
 
 
 def _response(
-    cells: Array, interior: Array, nodes: Nodes, susceptibility: float, spacing: float
+    cells: Array,
+    interior: Array,
+    nodes: Nodes,
+    susceptibility: float,
+    spacing: float,
+    center: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Response:
     """Return the response of a meshed piece.
 
@@ -227,8 +321,10 @@ def _response(
     found = Response(
         nodes.points, sign * half.T @ half, modes, slopes,
         float(meshes.outward(cells)[2].sum()), susceptibility, RADIUS * spacing,
-        nodes.distances,
+        nodes.faces, np.asarray(center),
     )  # fmt: skip
+    if isinstance(nodes, FlatNodes) and len(nodes.faces) > 6:
+        return found  # a union of boxes may be magnetized obliquely
     # The piece is as symmetric about its axes as nodes, in odd numbers on rings, are not.
     moments = np.einsum("ki,kl,li->i", found.points, found.matrix, found.points)
     if isinstance(nodes, RingNodes):
