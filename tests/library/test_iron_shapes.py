@@ -6,13 +6,18 @@ import magpylib
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from scipy.special import comb
 
 from magmotor.numerics.demagnetization import demagnetizing_factors
 from magmotor.numerics.iron import coulomb, interior, meshes, response
-from magmotor.numerics.iron.response import between
 
 MU0 = 4e-7 * math.pi
+
+
+def between(points, others):
+    """The potential in 1/m and the field in 1/m^2 at points of unit charges at other points."""
+    to = points[:, None] - others
+    inverse = 1 / np.linalg.norm(to, axis=-1)
+    return inverse / (4 * np.pi), to * inverse[..., None] ** 3 / (4 * np.pi)
 
 
 def disk_magnet(diameter, height, remanence, rings=24, angles=64):
@@ -232,50 +237,3 @@ def test_charged_squares_have_known_energies():
     expected = weights @ (x / np.linalg.norm(triangle - point, axis=1))
     found = coulomb.triangle_potential(point, square[:3])
     assert found == pytest.approx(expected, rel=1e-8)  # 6e-10
-
-
-def moment_of_two(distance, chi, across, orders=150):
-    """The moment of each of two spheres in a field, in units of 4 pi a^3 B/mu0.
-
-    The potential of each is a series of multipoles that answers to that of the other.
-    """
-    n, k = np.indices((orders, orders)) + 1
-    own = n * chi / (n * chi + 2 * n + 1)
-    coupling = comb(n + k, n) * (k / (n + 1) if across else -1.0)
-    matrix = np.eye(orders) + own * coupling * distance ** -(n + k + 1.0)
-    return np.linalg.solve(matrix, own[0, 0] * np.eye(orders)[0])[0]
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return response.ellipsoid([1, 1, 1], 0.2, 1e6)
-
-
-PAIRS = {2.1: (0.05, 13), 2.25: (0.01, 9), 2.5: (0.005, 7), 3.0: (0.002, 5)}
-"""Distance in radii: the bound of the error, and the number of sweeps."""
-
-
-def coupled(ball, distance, axis):
-    places = [ball.points, ball.points + np.array([0, 0, distance])]
-    potential, field = between(*places)
-    charges, sweeps = response.charges_together(
-        [ball, ball], [-x[:, axis] for x in places], {(0, 1): potential}
-    )
-    return charges[0] @ field[..., 2] @ charges[1] / MU0, sweeps
-
-
-@pytest.mark.parametrize("across", [False, True])
-@pytest.mark.parametrize("distance", PAIRS)
-def test_two_spheres_are_series_of_multipoles(ball, distance, across):
-    bound, most = PAIRS[distance]
-    moment = moment_of_two(distance + 1e-30j, 1e6, across)
-    found, sweeps = coupled(ball, distance, 0 if across else 2)
-    assert -found == pytest.approx(
-        4 * np.pi / MU0 * moment.imag / 1e-30, rel=bound
-    )  # 0.034, 0.0028, 0.0011, 0.0004
-    assert sweeps <= most
-
-
-def test_pieces_too_near_are_refused():
-    with pytest.raises(ArithmeticError, match="too narrow"):
-        coupled(response.ellipsoid([1, 1, 1], 0.4, 1e6), 2.02, 2)

@@ -16,9 +16,8 @@ from magmotor.mjcf.checking.strengths import drive_limit, largest_drive
 from magmotor.mjcf.declarations import table as of_table
 from magmotor.mjcf.declarations.custom import BODY
 from magmotor.mjcf.declarations.fields import GRADIENT, HEADER
-from magmotor.mjcf.declarations.iron import PLANE
-from magmotor.mjcf.declarations.marks import FIELDS, IRON
-from magmotor.mjcf.declared import iron, rows
+from magmotor.mjcf.declarations.marks import FIELDS
+from magmotor.mjcf.declared import rows
 from magmotor.mjcf.unit_system import moment_scale
 from magmotor.numerics.cubic_convolution import interpolate
 
@@ -130,33 +129,3 @@ def _fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[AppliedField
         first = int(model.numeric_adr[row.numeric])
         numbers = model.numeric_data[first : first + int(model.numeric_size[row.numeric])]
         yield AppliedField(numbers, int(row.weld), origin, frame, drive / scale, unbounded)
-
-
-def bent_fields(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, float]]:
-    """Yield pieces of iron, and the part by which their force is wrong, since it is of one point.
-
-    The force along a slender piece of weak iron is that of the difference of B^2 between its ends;
-    its dipole takes twice the half length times the derivative at the center. The part is infinite
-    where a piece reaches beyond a table.
-    """
-    kinds = acting_forces(model)
-    if not (kinds & FIELDS and kinds & IRON):
-        return
-    for geom, susceptibility in iron(model).items():
-        if not susceptibility or model.geom_type[geom] == PLANE:
-            continue
-        middle, half = np.split(model.geom_aabb[geom], 2)
-        frame = data.geom_xmat[geom].reshape(3, 3)
-        ends = half[:, np.newaxis] * frame.T
-        offsets = np.vstack([0 * ends[:1], ends, -ends, STEP * ends, -STEP * ends])
-        welds = np.full(len(offsets), model.body_weldid[model.geom_bodyid[geom]])
-        field = applied_field(model, data, data.geom_xpos[geom] + frame @ middle + offsets, welds)
-        center, over, under, *near = np.split(field, [1, 4, 7, 10])
-        squares = [(part**2).sum(axis=1) for part in (over, under)]
-        truth = squares[0] - squares[1]
-        taken = 2 * ((near[0] - near[1]) / STEP * center).sum(axis=1)
-        scale = max(abs(truth).max(), abs(taken).max(), FAINT * np.max(squares))
-        if np.isnan(scale):
-            yield geom, np.inf
-        elif scale > 0:
-            yield geom, float(abs(truth - taken).max() / scale)

@@ -52,9 +52,6 @@ RADIUS = 0.5
 SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 2, 3, 4, 5, 6
 """mjGEOM_SPHERE and so on."""
 
-LARGEST_COUNT = 100
-"""Number of sweeps over coupled pieces, at most."""
-
 Nodes = FlatNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
 
 
@@ -360,63 +357,3 @@ def panel_means(panels: Array, nodes: Nodes) -> Array:
             "nq,nqk->nk", some, values.reshape(*some.shape, -1)
         )
     return means
-
-
-def between(points: Array, others: Array) -> tuple[Array, Array]:
-    """Return the potential (K, N) in 1/m and the field (K, N, 3) in 1/m^2 at points (K, 3).
-
-    They are those of unit charges, at other points (N, 3).
-    """
-    to = points[:, None] - others
-    inverse = 1 / np.linalg.norm(to, axis=-1)
-    return inverse / (4 * np.pi), to * inverse[..., None] ** 3 / (4 * np.pi)
-
-
-def charges_together(
-    pieces: list[Response],
-    potentials: list[Array],
-    couplings: dict[tuple[int, int], Array],
-    tolerance: float = 1e-6,
-) -> tuple[list[Array], int]:
-    """Compute the charges of several pieces, each in the potential of the others, too.
-
-    Parameters
-    ----------
-    pieces : list of Response
-        The pieces.
-    potentials : list of ndarray, shape (K,)
-        Potentials of the magnets at the nodes of each piece, in T m.
-    couplings : dict of ndarray, shape (K, N)
-        For each pair of pieces (i, j) with i < j, the potential at the nodes of i of unit charges
-        at those of j, in 1/m; see `between`.
-    tolerance : float
-        The largest change of a charge in the last sweep, relative to the piece's largest charge.
-
-    Returns
-    -------
-    charges : list of ndarray, shape (K,)
-        In T m^2.
-    sweeps : int
-        Number of sweeps over all pieces.
-
-    Raises
-    ------
-    ArithmeticError
-        If the gap between pieces is too narrow for their nodes.
-    """
-    charges = [np.zeros(len(piece.points)) for piece in pieces]
-    for sweep in range(1, LARGEST_COUNT + 1):
-        change = 0.0
-        for i, piece in enumerate(pieces):
-            potential = potentials[i].copy()
-            for j in range(len(pieces)):
-                if i < j:
-                    potential += couplings[i, j] @ charges[j]
-                elif j < i:
-                    potential += charges[j] @ couplings[j, i]
-            found = piece.charges(potential)
-            change = max(change, np.abs(found - charges[i]).max() / np.abs(found).max())
-            charges[i] = found
-        if change <= tolerance:
-            return charges, sweep
-    raise ArithmeticError("the gap between pieces of iron is too narrow for their nodes")
