@@ -37,7 +37,7 @@ void magmotor_note_handler(void);
 
 // Functions that the compiled code calls, unless Python has others for it.
 void magmotor_load(int64_t number);
-int64_t magmotor_compute_response(int64_t key, int64_t head);
+int64_t magmotor_compute_response(int64_t key, int64_t geoms, int64_t head);
 void magmotor_form_error(int64_t error, int64_t number, const char *name, int64_t other,
                          const char *other_name, const double *details, int64_t handler,
                          int64_t user, const char **text);
