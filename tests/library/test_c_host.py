@@ -56,7 +56,7 @@ def test_forces_have_the_bits_of_python(tmp_path, many):
         equal += found == expected
         bound = 3e-16 * max(map(abs, data.qfrc_passive))  # 1.1e-17 of the largest
         np.testing.assert_allclose(found, expected, rtol=0, atol=bound if FOREIGN else 0)
-    assert equal == (len(paths) - 6 if FOREIGN else len(paths))
+    assert equal == (len(paths) - 4 if FOREIGN else len(paths))
 
 
 def test_the_callback_has_them_too(tmp_path):

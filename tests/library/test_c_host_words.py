@@ -54,8 +54,6 @@ WRONG_STATES = {
     },
     "behind": {"custom": IRON("geom floor"), "qpos": "0 -0.7"},
     "behind, iron": {"custom": IRON("geom sled", "geom floor"), "moment": "", "qpos": "0 -0.7"},
-    "merged": {"custom": IRON("geom bar"), "site": "0 0 0.3"},
-    "unsolved": {"custom": IRON("geom sled", "geom bar"), "moment": "", "qpos": "-0.999 0.3"},
     "unmeasured": {
         "qpos": "-0.5 0",
         "extension": METER.format(""),
