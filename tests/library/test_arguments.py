@@ -226,6 +226,7 @@ CALLS: dict[Any, dict[str, Any] | Callable[[], dict[str, Any]]] = {
         "upper": (1, 1, 1),
         "shape": (4, 4, 4),
     },
+    mm.save_responses: {"model": MODEL, "path": "responses"},
     mm.magnetic_energy: {"model": MODEL, "data": mujoco.MjData(MODEL)},
     mm.add_dipole: {
         "spec": SPEC, "body": SPEC.worldbody, "moment": 1.0, "pos": VECTOR, "zaxis": VECTOR,

@@ -13,6 +13,7 @@ from magmotor.numerics import native_library
 
 PROGRAM = """
 import json
+import os
 import sys
 sys.modules["numba"] = sys.modules["llvmlite"] = None
 import magmotor as mm
@@ -48,6 +49,7 @@ calls = {
     "field": lambda: mm.field(model, data, points),
     "Langevin": lambda: mm.Langevin(model, kT=1.0).sample(0.01, replicas=2),
     "magnetic_energy": lambda: mm.magnetic_energy(model, data),
+    "save_responses": lambda: mm.save_responses(model, os.devnull),
     "magnetism": stepped,
     "metropolis": lambda: mm.metropolis(model, 1.0, samples=2, replicas=2, burn_in=1),
     "noise.normal": lambda: mm.noise.normal(1, 2, 3, 4, 1, 0),

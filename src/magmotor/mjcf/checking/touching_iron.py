@@ -20,6 +20,8 @@ from magmotor.numerics.compiled_once import compiled_once
 def touching_pieces(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
     """Yield geoms of iron that touch others of their rigid body, without being one piece."""
     rows = declared.rows(model, PIECES)
+    if len(rows) < 2:
+        return
     geoms, welds, piece = rows.geom.tolist(), rows.weld, pieces_of(model, len(rows))
     strong = np.array([declared.iron(model)[geom] >= WEAK for geom in geoms], bool)
     for k in np.flatnonzero(strong).tolist():
