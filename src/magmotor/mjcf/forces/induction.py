@@ -35,10 +35,11 @@ from magmotor.mjcf.forces.iron_pieces import (
     center_of,
     dipole_of_piece,
     nodes_of,
+    reflected_center,
     response_rows,
 )
 from magmotor.mjcf.forces.iron_potentials import place_charges
-from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored
+from magmotor.mjcf.forces.mirror import NO_MIRROR
 from magmotor.mjcf.forces.shape_fields import flux_of_dipole
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -107,11 +108,8 @@ def radius_of_pair(piece, other):
 @subroutine
 def are_far(piece, other, mirror):
     """Whether two pieces, or one and the other's image, are dipoles for each other."""
-    x, y, z = center_of(piece)
+    x, y, z = reflected_center(piece, mirror)
     u, v, w = center_of(other)
-    if mirror[0] != 0.0:
-        place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
-        x, y, z = place[0], place[1], place[2]
     distance = math.sqrt((x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w))
     one, two = piece[EXTENT], other[EXTENT]
     return distance - one - two > FAR * max(one, two)
@@ -127,10 +125,7 @@ def _add_potential(state, i, j, mirror, factor):
         radius = radius_of_pair(piece, other)
         add_potentials(room, own[POTENTIAL], source, source[CHARGE], radius, factor)
         return
-    x, y, z = center_of(piece)
-    if mirror[0] != 0.0:
-        place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
-        x, y, z = place[0], place[1], place[2]
+    x, y, z = reflected_center(piece, mirror)
     bx, by, bz = flux_of_dipole(dipole_of_piece(state.nodes, other), x, y, z)
     for k in range(count):
         along = bx * (room[0, k] - x) + by * (room[1, k] - y) + bz * (room[2, k] - z)
@@ -188,7 +183,7 @@ def _set_saturated(piece, own, rows):
         energy -= mode[j] * part
         for k in range(count):
             charge[k] -= part * row[k]
-    stored = more - (nu - 1.0 / chi) / (chi * nu)
+    stored = more - more / (chi * nu)
     stored *= VACUUM_PERMEABILITY * saturation * saturation * volume
     piece[ENERGY] = 0.5 * (energy / VACUUM_PERMEABILITY - stored)
 
@@ -197,8 +192,8 @@ def _set_saturated(piece, own, rows):
 def _reluctivity(mode, slopes, chi, unit):
     """Return nu, for which the mean of (M/M_s)^2 over the piece is 1 - 1/(chi nu)^2.
 
-    `unit` makes it of squared modes. The mean falls with nu, and the other side rises: Newton's
-    method on the convex function 1/mean, from the side where it is monotonic, needs few steps.
+    `unit` makes it of squared modes. The mean falls with nu, and the other side rises: a step of
+    Newton's method that leaves the interval with the root is replaced.
     """
     low, high = 1.0 / chi, math.inf
     nu = low

@@ -11,7 +11,7 @@ from magmotor.mjcf.declarations.iron import BOX, CYLINDER, ELLIPSOID, SPHERE
 from magmotor.mjcf.declarations.table import pieces, planes
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.iron_unions import RESPONSE as OF_UNION
-from magmotor.mjcf.forces.mirror import NO_MIRROR, mirror_of
+from magmotor.mjcf.forces.mirror import NO_MIRROR, mirror_of, mirrored
 from magmotor.numerics.arrays import copy
 from magmotor.numerics.deferred import jitable, subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -126,6 +126,16 @@ def nodes_of(nodes, row):
 def center_of(row):
     """Return the position of a piece."""
     return row[POSITION], row[POSITION + 1], row[POSITION + 2]
+
+
+@subroutine
+def reflected_center(row, mirror):
+    """Return the position of a piece, reflected if there is a mirror."""
+    x, y, z = center_of(row)
+    if mirror[0] == 0.0:
+        return x, y, z
+    place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
+    return place[0], place[1], place[2]
 
 
 @subroutine

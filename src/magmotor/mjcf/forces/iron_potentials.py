@@ -11,7 +11,14 @@ from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
 from magmotor.mjcf.forces.dipole_table import ELEMENT, FIRST, SIZE, dipole
 from magmotor.mjcf.forces.face_images import lift_of_dipole, lift_of_shape, to_world
-from magmotor.mjcf.forces.iron_pieces import BODY, EXTENT, OUTER, center_of, nodes_of
+from magmotor.mjcf.forces.iron_pieces import (
+    BODY,
+    EXTENT,
+    OUTER,
+    center_of,
+    nodes_of,
+    reflected_center,
+)
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above, mirrored
 from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squared_distance
 from magmotor.mjcf.forces.shape_fields import set_continued_potentials
@@ -82,10 +89,7 @@ def lower_charges(room, count, piece, shape):
 @subroutine
 def acts_as_shape(shape, piece, mirror):
     """Whether a magnet, or its image, is so near a piece that its shape counts."""
-    x, y, z = center_of(piece)
-    if mirror[0] != 0.0:
-        place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
-        x, y, z = place[0], place[1], place[2]
+    x, y, z = reflected_center(piece, mirror)
     gap = math.sqrt(squared_distance(shape, x, y, z)) - piece[EXTENT]
     reach = FAR * reach_of(shape)
     return gap < 0.0 or gap * gap < max(reach * reach, FAR_SPREAD * shape[SPREAD])

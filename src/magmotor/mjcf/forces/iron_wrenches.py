@@ -28,6 +28,7 @@ from magmotor.mjcf.forces.iron_pieces import (
     center_of,
     dipole_of_piece,
     nodes_of,
+    reflected_center,
 )
 from magmotor.mjcf.forces.iron_potentials import (
     acts_as_shape,
@@ -115,20 +116,10 @@ def _with_images(wrench, mirror):
 
 
 @subroutine
-def _center(piece, mirror):
-    """Return the position of a piece, reflected if there is a mirror."""
-    x, y, z = center_of(piece)
-    if mirror[0] == 0.0:
-        return x, y, z
-    place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
-    return place[0], place[1], place[2]
-
-
-@subroutine
 def _add_magnets(state, piece, mirror, center, applied):
     """Add the wrenches between a piece and all magnets, or their images."""
     table, magnets, room = state.table, state.magnets, state.room
-    target, there = (*center_of(piece), 0.0, 0.0, 0.0), _center(piece, mirror)
+    target, there = (*center_of(piece), 0.0, 0.0, 0.0), reflected_center(piece, mirror)
     body, moves = int(piece[BODY]), piece[MOVES] > 0.0
     count = _charges(state, piece, mirror)
     for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
@@ -191,7 +182,7 @@ def _set_dipole_fields(room, count, source):
 def _add_pair(state, i, j, mirror, factor, center, applied):
     """Add the wrenches between two pieces, or between one and the other's image."""
     piece, other, room = state.pieces[i], state.pieces[j], state.room
-    target, there = (*center_of(piece), 0.0, 0.0, 0.0), _center(piece, mirror)
+    target, there = (*center_of(piece), 0.0, 0.0, 0.0), reflected_center(piece, mirror)
     if are_far(piece, other, mirror):
         own, source = dipole_of_piece(state.nodes, piece), dipole_of_piece(state.nodes, other)
         if mirror[0] != 0.0:
