@@ -126,9 +126,9 @@ def subroutine(
 ) -> Any:
     """Compile a function for others to call; a decorator, with options of Numba or without.
 
-    LLVM inlines the function where it sees fit, or always if `forceinline` is true, either here or,
-    by a rule of Numba's, for the first caller that is compiled. If `inline` is "always", Numba
-    inlines it, which takes much longer. A division by zero is no error, whoever calls.
+    LLVM inlines the function where it sees fit, or always if `forceinline` is true. If `inline` is
+    "always", Numba inlines it, which takes much longer. A division by zero is no error, whoever
+    calls.
     """
     if function is None:
         return partial(subroutine, forceinline=forceinline, inline=inline)

@@ -38,17 +38,18 @@ def add_potentials(target, potential, source, charge, radius, factor):
 
 
 @subroutine
-def add_fields(target, field, source, charge, radius, factor):
-    """Add the fields of these charges to the rows x y z of `field`: minus the gradients."""
+def set_fields(room, count, source, charge, radius):
+    """Write the fields of these charges at the places in the rows 0 to 2 to the rows 4 to 6."""
     prefer_wide_vectors()
-    x, y, z = target[0], target[1], target[2]
-    hx, hy, hz = field[0], field[1], field[2]
+    x, y, z, hx, hy, hz = room[0], room[1], room[2], room[4], room[5], room[6]
+    for k in range(count):
+        hx[k] = hy[k] = hz[k] = 0.0
     inverse = 1.0 / radius
     cube = inverse * inverse * inverse
     for j in range(len(charge)):
         u, v, w = source[0, j], source[1, j], source[2, j]
-        q = factor * PER_4PI * charge[j]
-        for k in range(len(hx)):
+        q = PER_4PI * charge[j]
+        for k in range(count):
             dx, dy, dz = x[k] - u, y[k] - v, z[k] - w
             square = dx * dx + dy * dy + dz * dz
             distance = math.sqrt(square)

@@ -98,14 +98,13 @@ def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
 @subroutine
 def _place(nodes, row, padded):
     """Write the positions of the nodes of a piece, and no charges."""
-    own = response_rows(row, padded)
-    first = int(row[FIRST])
+    rows, own = response_rows(row, padded), nodes_of(nodes, row)
     for axis in range(3):
         r0, r1, r2 = row[FRAME + 3 * axis], row[FRAME + 3 * axis + 1], row[FRAME + 3 * axis + 2]
-        place = nodes[axis, first : first + padded]
-        for k in range(padded):
-            place[k] = row[POSITION + axis] + r0 * own[0, k] + r1 * own[1, k] + r2 * own[2, k]
-    nodes[OUTER:, first : first + padded] = 0.0
+        for k in range(own.shape[1]):
+            along = r0 * rows[0, k] + r1 * rows[1, k] + r2 * rows[2, k]
+            own[axis, k] = row[POSITION + axis] + along
+    own[OUTER:] = 0.0
 
 
 @subroutine
@@ -117,9 +116,8 @@ def response_rows(row, padded):
 
 @subroutine
 def nodes_of(nodes, row):
-    """Return the columns of the nodes of a piece."""
-    first, count = int(row[FIRST]), int(row[COUNT])
-    return nodes[:, first : first + count]
+    """Return the rows of the nodes of a piece, without gaps: vectors of LLVM need that."""
+    return memory.numbers(nodes.ctypes.data + 8 * ROWS * int(row[FIRST]), ROWS, int(row[COUNT]))
 
 
 @subroutine

@@ -6,7 +6,7 @@ applied fields and images at its node, and the reaction acts on the source, at t
 
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
-from magmotor.mjcf.forces.charge_pairs import add_fields
+from magmotor.mjcf.forces.charge_pairs import set_fields
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
 from magmotor.mjcf.forces.dipole_table import MOVES as DIPOLES_MOVE
@@ -191,9 +191,7 @@ def _add_pair(state, i, j, mirror, factor, center, applied):
     else:
         count = _charges(state, piece, mirror)
         others = nodes_of(state.nodes, other)
-        field = room[4:, :count]
-        field[:, :] = 0.0
-        add_fields(room, field, others, others[CHARGE], radius_of_pair(piece, other), 1.0)
+        set_fields(room, count, others, others[CHARGE], radius_of_pair(piece, other))
         wrench = wrench_of_charges(room, count, there)
     change = _with_images(wrench, mirror)
     add_both(
@@ -247,7 +245,5 @@ def _flux_of_piece(state, i, x, y, z):
     room, piece = state.room, state.pieces[i]
     source = nodes_of(state.nodes, piece)
     room[0, 0], room[1, 0], room[2, 0] = x, y, z
-    field = room[4:, :1]
-    field[:, :] = 0.0
-    add_fields(room, field, source, source[CHARGE], piece[RADIUS], 1.0)
-    return field[0, 0], field[1, 0], field[2, 0]
+    set_fields(room, 1, source, source[CHARGE], piece[RADIUS])
+    return room[4, 0], room[5, 0], room[6, 0]

@@ -43,9 +43,8 @@ def compiled(function: Callable, forceinline: bool, inline: str) -> Any:
         "error_model": "numpy",
         "no_cpython_wrapper": True,
         "no_cfunc_wrapper": True,
+        "forceinline": forceinline,  # else Numba would take it from the first caller
     }
-    if forceinline:
-        options["forceinline"] = True
     dispatcher: Any = njit(function, pipeline_class=_SubroutineCompiler, **options)
     dispatcher.__class__ = Subroutine
     return dispatcher
