@@ -3,6 +3,8 @@
 The pull at the end of the bar is that of converged surface charges; see `test_iron_shapes.py`.
 """
 
+import math
+
 import mujoco
 import numpy as np
 import pytest
@@ -17,6 +19,8 @@ MODEL = """
     <tuple name="iron"><element objtype="numeric" objname="steel"/>
       <element objtype="geom" objname="piece"/></tuple>
   </custom>
+  <asset><mesh name="cube" scale="0.003 0.003 0.003"
+    vertex="-1 -1 -1  -1 -1 1  -1 1 -1  -1 1 1  1 -1 -1  1 -1 1  1 1 -1  1 1 1"/></asset>
   <worldbody>
     <body><freejoint/><geom name="piece" {piece}/></body>
     <body><freejoint/><geom {magnet}/></body>
@@ -57,9 +61,30 @@ def test_a_disk_sticks_to_a_thick_block_as_to_a_plane():
     assert -data.xfrc_applied[2, 2] == pytest.approx(34.1, rel=0.03)  # 0.0026
 
 
+@pytest.mark.parametrize(
+    ("magnet", "height", "turn"),
+    [
+        ('type="box" size="0.01 0.005 0.0025" user="0 0 1.3"', 0.0025, 0.0),
+        (DISK, 0.0015875, 0.0),
+        ('type="capsule" size="0.004 0.008" user="0 0 1.3"', 0.004, math.pi / 2),
+        ('type="mesh" mesh="cube" user="0 0 1.3"', 0.003, 0.0),
+    ],
+)
+def test_a_magnet_that_lies_flat_on_the_middle_of_a_block_is_not_tilted(magnet, height, turn):
+    """By symmetry; where one of its corners was the lowest, the torque was 4e-3 of the scale."""
+    _, data = placed(BLOCK, magnet, [0, 0, 0.01 + height], [turn, 0, 0])
+    force, torque = np.abs(data.xfrc_applied[2]).reshape(2, 3)
+    assert force[2] > 1.0
+    assert torque.max() < 1e-4 * 0.01 * force[2]  # 6e-6
+    assert force[:2].max() < 1e-7 * force[2]  # 8e-9
+
+
 ROUND, BALL = 'type="cylinder" size="0.008 0.02"', 'size="0.008"'
 CAPSULE = 'type="capsule" size="0.008 0.01"'
 BOX = 'type="box" size="0.004 0.005 0.006" user="0.3 0.5 1"'
+FLAT = 'type="box" size="0.006 0.005 0.002" user="0 0 1"'
+PILL = 'type="capsule" size="0.003 0.004" user="0 0 1"'
+CUBE = 'type="mesh" mesh="cube" user="0 0 1"'
 SCENES = {
     "contact": (BLOCK, DISK, [0.003, 0.001, 0.0116875], [0.0, 0.01, 0.0]),
     "above an edge": (BLOCK, DISK, [0.027, 0.001, 0.0128], [0.03, -0.02, 0.1]),
@@ -70,6 +95,9 @@ SCENES = {
     "capsule": (CAPSULE, ROD, [0.003, 0.002, 0.0245], [0.1, 0.2, 0]),
     "ball": (BALL, DISK, [0.003, 0.002, 0.0105], [0.1, 0.2, 0]),
     "box": (BLOCK, BOX, [0.01, 0.0, 0.0168], [0.03, 0.05, 1]),
+    "a flat box": (BLOCK, FLAT, [0.01, 0.0, 0.0122], [0.01, -0.02, 1]),
+    "a capsule that lies": (BLOCK, PILL, [0.01, 0.0, 0.0132], [1.55, 0.1, 0]),
+    "mesh": (BLOCK, CUBE, [0.01, 0.0, 0.0132], [0.01, -0.02, 1]),
 }
 
 

@@ -26,7 +26,7 @@ from magmotor.mjcf.forces.faces import (
     window,
 )
 from magmotor.mjcf.forces.iron_pieces import FRAME, POSITION, SUSCEPTIBILITY
-from magmotor.mjcf.forces.shape_distances import order_of_charges, support, thickness_of
+from magmotor.mjcf.forces.shape_distances import order_of_charges, reach_towards, thickness_of
 from magmotor.mjcf.forces.shape_fields import (
     dipole_at_dipole,
     set_continued_fields,
@@ -99,8 +99,7 @@ def lift_of_shape(piece, shape):
 def _lift_from(piece, shape, place, face):
     """Return the lift from a face along its axis, and the derivatives."""
     nx, ny, nz = _normal(piece, face)
-    dx, dy, dz = support(shape, -nx, -ny, -nz)
-    extent = -(nx * dx + ny * dy + nz * dz)
+    extent = reach_towards(shape, -nx, -ny, -nz)[0]
     return lift(face, place, extent, shape[RADIUS], thickness_of(shape))
 
 
@@ -438,7 +437,7 @@ def with_images(piece, shape, wrench, room):
             push = gx if axis == 0 else (gy if axis == 1 else gz)
             along, u, v = push * by_height, push * by_one, push * by_two
             nx, ny, nz = _normal(piece, face)
-            dx, dy, dz = support(shape, -nx, -ny, -nz)
+            _, dx, dy, dz = reach_towards(shape, -nx, -ny, -nz)
             arm = to_piece(piece, dx, dy, dz)
             fx += _component(axis, 0, along, u, v)
             fy += _component(axis, 1, along, u, v)

@@ -31,6 +31,12 @@ CLOSE = (4.0, 1.3, 0.45, 0.05)
 """Gaps between two magnets, over the radius of the one that has charges, below which these need the
 next order."""
 
+EVEN = 0.05
+"""Tilt in rad within which a magnet that lies on a face touches it evenly."""
+
+DOUBLINGS = 7
+"""The power of the norm of a mesh is 2 to this."""
+
 
 @subroutine
 def is_near(row, x, y, z, radius, spread):
@@ -100,30 +106,56 @@ def _extent(row, x, y, z, distance):
 
 
 @subroutine
-def support(row, x, y, z):
-    """Return the vector from the center of a magnet to its farthest point in a direction."""
+def reach_towards(row, x, y, z):
+    """Return how far a magnet reaches from its center along a unit vector, and the gradient.
+
+    The gradient is the farthest point. Where a magnet lies flat, many points are as far, of which
+    it is the middle: within a tilt of `EVEN`, it goes from there to a corner or to an edge.
+    """
     x, y, z = in_frame(row, x + row[POSITION], y + row[POSITION + 1], z + row[POSITION + 2])
     a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
-    if int(row[KIND]) == BOX:
-        return in_world(row, math.copysign(a, x), math.copysign(b, y), math.copysign(c, z))
-    if int(row[KIND]) == CYLINDER:
-        across = math.sqrt(x * x + y * y)
-        scale = a / across if across > 1e-9 else 0.0  # a cylinder that lies flat touches evenly
-        return in_world(row, scale * x, scale * y, math.copysign(b, z))
-    if int(row[KIND]) == CAPSULE:
-        scale = a / math.sqrt(x * x + y * y + z * z)
-        return in_world(row, scale * x, scale * y, scale * z + math.copysign(b, z))
-    if int(row[KIND]) == MESH:
-        vertices, _, center, _ = polyhedron_of(row)
-        farthest, best = -math.inf, 0
-        for k in range(len(vertices)):
-            reach = vertices[k, 0] * x + vertices[k, 1] * y + vertices[k, 2] * z
-            if reach > farthest:
-                farthest, best = reach, k
-        v = vertices[best]
-        return in_world(row, v[0] - center[0], v[1] - center[1], v[2] - center[2])
-    scale = 1.0 / math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c)
-    return in_world(row, scale * a * a * x, scale * b * b * y, scale * c * c * z)
+    kind = int(row[KIND])
+    if kind == MESH:
+        return _reach_of_mesh(row, x, y, z)
+    if kind == BOX:
+        (u, du), (v, dv), (w, dw) = _evenly(x), _evenly(y), _evenly(z)
+        return (a * u + b * v + c * w, *in_world(row, a * du, b * dv, c * dw))
+    if kind == CYLINDER:
+        u, du = _evenly(math.sqrt(x * x + y * y))
+        w, dw = _evenly(z)
+        across = a * (du if x == 0.0 and y == 0.0 else du / math.sqrt(x * x + y * y))
+        return (a * u + b * w, *in_world(row, across * x, across * y, b * dw))
+    if kind == CAPSULE:
+        w, dw = _evenly(z)
+        return (a + b * w, *in_world(row, a * x, a * y, a * z + b * dw))
+    reach = math.sqrt(x * x * a * a + y * y * b * b + z * z * c * c)
+    return (reach, *in_world(row, a * a * x / reach, b * b * y / reach, c * c * z / reach))
+
+
+@subroutine
+def _evenly(x):
+    """Return nearly |x|, which is exact and smooth at 0 and exact at 1, and its derivative."""
+    square = x * x + EVEN * EVEN
+    scale = math.sqrt((1.0 + EVEN * EVEN) / square)
+    return scale * x * x, scale * x * (1.0 + EVEN * EVEN / square)
+
+
+@subroutine
+def _reach_of_mesh(row, x, y, z):
+    """Return a norm of the vertices' heights, to the power 128, and its gradient."""
+    vertices, _, center, _ = polyhedron_of(row)
+    radius, total, u, v, w = row[RADIUS], 0.0, 0.0, 0.0, 0.0
+    for k in range(len(vertices)):
+        p, q, r = vertices[k, 0] - center[0], vertices[k, 1] - center[1], vertices[k, 2] - center[2]
+        power, slope = 0.5 + 0.5 * (p * x + q * y + r * z) / radius, 1.0
+        for _ in range(DOUBLINGS):
+            slope, power = slope * power, power * power
+        total, u, v, w = total + power, u + slope * p, v + slope * q, w + slope * r
+    root = total
+    for _ in range(DOUBLINGS):
+        root = math.sqrt(root)
+    scale = root / total
+    return ((2.0 * root - 1.0) * radius, *in_world(row, scale * u, scale * v, scale * w))
 
 
 @subroutine
