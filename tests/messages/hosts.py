@@ -115,24 +115,24 @@ ArgumentError: points = array([1., 0., 0.]): must not coincide with a dipole (wi
 >>> step(model(custom=table()), qpos=2)
 FatalError: dipole site 0 'magnet' is outside the grid of the table in numeric 0 'field': it is at
     (2, 0, 0) m in the frame of the grid, which reaches from (-1, -1, -1) to (1, 1, 1) m and must
-    contain all dipoles and all iron
+    contain all magnets and all iron
 >>> tabulated = model(custom=table())
 >>> mm.magnetic_energy(tabulated, at(tabulated, 2))
 DeclarationError(outside, 0): dipole site 0 'magnet' is outside the grid of the table in numeric 0
     'field': it is at (2, 0, 0) m in the frame of the grid, which reaches from (-1, -1, -1) to (1,
-    1, 1) m and must contain all dipoles and all iron
+    1, 1) m and must contain all magnets and all iron
 >>> mm.field(tabulated, at(tabulated, 0), [0, 0, 9])
 ArgumentError: points = array([0., 0., 9.]): must be inside the table of numeric 'field'
 >>> step(changed(model(custom=table()), "numeric_data", slice(9, None), math.nan), qpos=0.2)
 FatalError: dipole site 0 'magnet' is at a node that is not finite of the table in numeric 0
     'field': it is at (0.2, 0, 0) m in the frame of the grid, which reaches from (-1, -1, -1) to
-    (1, 1, 1) m and must contain all dipoles and all iron
+    (1, 1, 1) m and must contain all magnets and all iron
 
 # Iron
 >>> low = '<body name="low" pos="9 0 -1"><geom name="low"/></body>'
 >>> step(model(low, PLATE, iron="plate low", body=LIFTED))
-FatalError: iron geom 1 'low' is below the plane of iron (on body 1 'low'), where mirror images do
-    not give the field; mm.check(model) says what keeps it above
+FatalError: geom 1 'low' is below the plane of iron (on body 1 'low'), where mirror images do not
+    give the field; mm.check(model) says what keeps it above
 >>> step(model('<site pos="0 0 -1" user="1"/>', PLATE, iron="plate", body=LIFTED))
 FatalError: dipole site 0 '' is below the plane of iron (on body 0 'world'), where mirror images
     do not give the field; mm.check(model) says what keeps it above

@@ -73,8 +73,8 @@ def _of_tuple(tuples: str, rules: dict[int, str]) -> Forms:
 
 
 def _of_dipole(*sentences: str) -> Forms:
-    """Return sentences about a dipole, each for a site and then for a geom of iron."""
-    kinds = "dipole site {number} {name}", "iron geom {number} {name}"
+    """Return sentences about a dipole, each for a site and then for a geom, a magnet or iron."""
+    kinds = "dipole site {number} {name}", "geom {number} {name}"
     both = [sentence.replace("{dipole}", kind) for sentence in sentences for kind in kinds]
     return dict(enumerate(both))
 
@@ -96,7 +96,7 @@ _WORDS_RULE = f"must be one or more of the words {', '.join(WORDS)}, separated b
 _OF_GRID = (
     " the table in numeric {other} {other_name}: it is at ({0:.6g}, {1:.6g}, {2:.6g}) m in the"
     " frame of the grid, which reaches from ({3:.6g}, {4:.6g}, {5:.6g}) to"
-    " ({6:.6g}, {7:.6g}, {8:.6g}) m and must contain all dipoles and all iron"
+    " ({6:.6g}, {7:.6g}, {8:.6g}) m and must contain all magnets and all iron"
 )
 _MESH = "geom {number} {name} is a magnet, by its user numbers: its mesh must"
 _MATERIALS = "no number", "{1:g}", "{1:g} {2:g}", "{1:g} {2:g} {3:g}", "{1:g} {2:g} {3:g} ..."
@@ -117,7 +117,13 @@ _OF_ERRORS: dict[int, Forms] = {
         "{dipole} is outside the grid of" + _OF_GRID,
         "{dipole} is at a node that is not finite of" + _OF_GRID,
         "{dipole} is where numeric {other} {other_name} gives a force that is not finite",
-    ),
+    )
+    | {
+        error_numbers.AT_NODE + 1: (
+            "geom {number} {name} reaches out of the grid, or to a node that is not finite, of"
+            + _OF_GRID
+        )
+    },
     error_numbers.BEHIND: _of_dipole(
         "{dipole} is below the plane of iron (on body {other} {other_name}), where mirror images"
         " do not give the field; mm.check(model) says what keeps it above"

@@ -15,6 +15,7 @@ from magmotor.mjcf.forces.dipole_table import (
     add_images,
     dipole,
 )
+from magmotor.mjcf.forces.field_points import count_points, dipole_at
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.iron_wrenches import energy_of_images
 from magmotor.mjcf.forces.mirror import NOTHING, mirrored
@@ -49,8 +50,11 @@ def energy_of(state, m, offsets):
             for number in range(len(state.fields)):
                 row = state.fields[number]
                 if acts_on(row, table[LABEL, first], table[MOVES, k]):
-                    field = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
-                    energy -= _product(target, field[:3])
+                    count = count_points(state, i, row, m, offsets)
+                    for point in range(count):
+                        part = dipole_at(state, i, point, count)
+                        field = field_and_gradient(row, part[0], part[1], part[2], m, offsets)
+                        energy -= _product(part, field[:3])
     if len(state.shapes) > 0:
         nothing = memory.numbers(0, 0, 3), memory.numbers(0, 0, 6)
         energy += add_shape_corrections(state, *nothing, True)

@@ -33,6 +33,7 @@ from magmotor.mjcf.forces.dipole_table import (
     table_size,
 )
 from magmotor.mjcf.forces.drives import read_drives
+from magmotor.mjcf.forces.field_points import count_points, dipole_at
 from magmotor.mjcf.forces.induction import charge_pieces
 from magmotor.mjcf.forces.iron_pieces import (
     COLUMNS,
@@ -274,14 +275,16 @@ def misplaced_dipole(state, m, offsets):
     table = state.table
     for k in range(state.magnets.number):
         for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
-            x, y, z = table[0, i], table[1, i], table[2, i]
             for number in range(len(state.fields)):
                 row = state.fields[number]
                 if not acts_on(row, table[LABEL, i], table[MOVES, k]):
                     continue
-                f = field_and_gradient(row, x, y, z, m, offsets)
-                if not math.isfinite(f[0] + f[1] + f[2]):
-                    return OUTSIDE, int(table[ELEMENT, i]), int(row[NAME])
+                count = count_points(state, i, row, m, offsets)
+                for point in range(count):
+                    x, y, z, _, _, _ = dipole_at(state, i, point, count)
+                    f = field_and_gradient(row, x, y, z, m, offsets)
+                    if not math.isfinite(f[0] + f[1] + f[2]):
+                        return OUTSIDE, int(table[ELEMENT, i]), int(row[NAME])
     return NO_ERROR
 
 

@@ -22,6 +22,7 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
+from magmotor.mjcf.forces.field_points import count_points, dipole_at
 from magmotor.mjcf.forces.iron_wrenches import add_iron_wrenches
 from magmotor.mjcf.forces.magnetic_state import read_dipoles, read_state
 from magmotor.mjcf.forces.mirror import NOTHING
@@ -114,22 +115,30 @@ def _add_field_wrenches(state, m, offsets, center, applied):
                 continue
             acting += 1
             for i in range(first, first + int(table[SIZE, k])):
-                target = dipole(table, i)
-                f = field_and_gradient(row, target[0], target[1], target[2], m, offsets)
-                mx, my, mz = target[3], target[4], target[5]
-                # F_j = m_i dB_i/dx_j, also where the table's interpolation has a small curl.
-                fx = mx * f[3] + my * f[6] + mz * f[9]
-                fy = mx * f[4] + my * f[7] + mz * f[10]
-                fz = mx * f[5] + my * f[8] + mz * f[11]
-                if not math.isfinite(f[0] + f[1] + f[2] + fx + fy + fz):
-                    return acting, (OUTSIDE, int(table[ELEMENT, i]), int(row[NAME]))
-                total = (fx, fy, fz, f[0], f[1], f[2], False)
-                if moves:
-                    add_wrench(body, 1.0, target, total, center, applied)
-                # The field is that of magnets on its owner, which the dipole pushes back.
-                if reacts:
-                    add_wrench(owner, -1.0, target, total, center, applied)
+                count = count_points(state, i, row, m, offsets)
+                for point in range(count):
+                    target = dipole_at(state, i, point, count)
+                    total = _in_field(row, target, m, offsets)
+                    if not math.isfinite(total[0] + total[1] + total[2] + total[3]):
+                        return acting, (OUTSIDE, int(table[ELEMENT, i]), int(row[NAME]))
+                    if moves:
+                        add_wrench(body, 1.0, target, total, center, applied)
+                    # The field is that of magnets on its owner, which the dipole pushes back.
+                    if reacts:
+                        add_wrench(owner, -1.0, target, total, center, applied)
     return acting, NO_ERROR
+
+
+@subroutine
+def _in_field(row, target, m, offsets):
+    """Return the force on a dipole and the field there, or NaN outside of a table."""
+    x, y, z, mx, my, mz = target
+    f = field_and_gradient(row, x, y, z, m, offsets)
+    # F_j = m_i dB_i/dx_j, also where the table's interpolation has a small curl.
+    return (
+        mx * f[3] + my * f[6] + mz * f[9], mx * f[4] + my * f[7] + mz * f[10],
+        mx * f[5] + my * f[8] + mz * f[11], f[0], f[1], f[2], False,
+    )  # fmt: skip
 
 
 @subroutine

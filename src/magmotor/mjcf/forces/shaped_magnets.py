@@ -19,11 +19,12 @@ GEOM, KIND, LENGTHS, POLARIZATION, POSITION, FRAME = 0, 1, 2, 5, 8, 11
 polarization in T in its frame, divided by the scale of moments; its center; and its frame, row by
 row."""
 
-RADIUS, SPREAD, MOMENT, BODY, WELD, MOVES, MESH_COLUMNS, COLUMNS = 20, 21, 22, 25, 26, 27, 28, 32
+RADIUS, SPREAD, MOMENT, BODY, WELD, MOVES, MESH_COLUMNS = 20, 21, 22, 25, 26, 27, 28
+EXCESS, COLUMNS = 32, 35
 """Further columns: the radius of the sphere around it; the largest difference of its second
 moments; its moment along the axes of the world; its body, the rigid body of that, and the degrees
-of freedom of that; the addresses and numbers of the vertices and faces of a mesh, as bits; and how
-many columns there are."""
+of freedom of that; the addresses and numbers of the vertices and faces of a mesh, as bits; the
+roots of what its second moments exceed the smallest one by; and how many columns there are."""
 
 
 @subroutine
@@ -72,7 +73,8 @@ def read_shapes(rows, scale, table, m, d, offsets):
 def _read_sizes(row, kind, size):
     """Write the sizes of a geom that is no mesh, and its extent; return its volume."""
     a, b, c, volume = ellipsoid(kind, size[0], size[1], size[2])
-    row[RADIUS], row[SPREAD] = _extent(kind, a, b, c)
+    row[RADIUS], x, y, z = _extent(kind, a, b, c)
+    _set_moments(row, x, y, z)
     if kind in (CYLINDER, CAPSULE):  # the radius and half the length; others have three
         b = size[1]
     row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = a, b, c
@@ -89,8 +91,21 @@ def _read_mesh(row, geom, m, offsets):
     volume, center, moments = moments_of(vertices, faces)
     row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2] = center
     row[RADIUS] = farthest_squared(vertices, faces, center) ** 0.5
-    row[SPREAD] = max(moments) - min(moments)
+    _set_moments(row, moments[0], moments[1], moments[2])
     return volume
+
+
+@subroutine
+def _set_moments(row, x, y, z):
+    """Write how second moments differ, which are means of squared coordinates over the volume.
+
+    A dipole describes a shape the better the less they differ, since the fields outside are
+    harmonic functions.
+    """
+    least = min(x, y, z)
+    row[SPREAD] = max(x, y, z) - least
+    row[EXCESS], row[EXCESS + 1] = (x - least) ** 0.5, (y - least) ** 0.5
+    row[EXCESS + 2] = (z - least) ** 0.5
 
 
 @subroutine
@@ -107,11 +122,7 @@ def polyhedron_of(row):
 
 @subroutine
 def _extent(kind, a, b, c):
-    """Return the radius of the sphere around a shape, and the difference of second moments.
-
-    The second moments are means of the squared coordinates over the volume. A dipole describes a
-    shape the better the less these differ, since the fields outside are harmonic functions.
-    """
+    """Return the radius of the sphere around a shape, and the second moments."""
     x, y, z = a * a, b * b, c * c
     if kind == BOX:
         radius, x, y, z = (x + y + z) ** 0.5, x / 3.0, y / 3.0, z / 3.0
@@ -125,7 +136,7 @@ def _extent(kind, a, b, c):
         x = y
     else:
         radius, x, y, z = max(a, b, c), x / 5.0, y / 5.0, z / 5.0
-    return radius, max(x, y, z) - min(x, y, z)
+    return radius, x, y, z
 
 
 @subroutine
