@@ -80,7 +80,7 @@ ArgumentError: body = 'hand': must be in the spec, not in another one
 >>> mm.add_coil(spec, current, [])
 ArgumentError: dipoles = []: must be at least one site or body
 >>> mm.add_coil(spec, current, ["tip"])
-ArgumentError: dipoles[0] = 'tip': must be an instance of mujoco.MjsSite or mujoco.MjsBody
+ArgumentError: dipoles[0] = 'tip': must be an instance of mujoco.MjsBody or mujoco.MjsSite
 >>> mm.add_coil(spec, current, [other.site("mount")])
 ArgumentError: dipoles[0] = 'mount': must be in the spec, not in another one
 >>> mm.add_coil(spec, other.actuator("current"), [tip])

@@ -169,7 +169,7 @@ def add_magnet(
 def add_coil(
     spec: mujoco.MjSpec,
     actuator: mujoco.MjsActuator,
-    dipoles: Sequence[mujoco.MjsSite | mujoco.MjsBody],
+    dipoles: Sequence[mujoco.MjsBody | mujoco.MjsSite],
     *,
     saturation: NotNegative = 0.0,
     name: str = "coil",
