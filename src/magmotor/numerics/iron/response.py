@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, eigh, solve_triangular
+from threadpoolctl import threadpool_limits
 
 from magmotor.common.arrays import Array
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
@@ -292,6 +293,8 @@ def _root(matrix: Array) -> Array:
     return vectors * np.sqrt(values) @ vectors.T
 
 
+# The threads of BLAS change the bits, and wait for one another where other programs run.
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def _response(
     cells: Array,
     interior: Array,
