@@ -40,7 +40,9 @@ POUND, KILOGRAM = 4.4482, 9.8067
 
 QUICKFIELD = "https://quickfield.com/advanced/{}.htm"  # its examples quote vendors, in pounds
 DHIT = "https://dhit.pl/en/product/magnes-neodymowy-{}-n38-osiowy"
-SUPERMAGNETE = "https://www.supermagnete.de/eng/disc-magnets-neodymium/disc-magnet-10mm-3mm_S-10-03-N"  # as a public project quotes it
+SUPERMAGNETE = (  # as a public project quotes it
+    "https://www.supermagnete.de/eng/disc-magnets-neodymium/disc-magnet-10mm-3mm_S-10-03-N"
+)
 SUPERMAGNETE_FAQ = "https://ar.scribd.com/document/326585924/x-axis"  # a copy of its FAQ
 APEX = "https://www.apexmagnets.com/news-how-tos/determine-pull-force-right-project/"
 
@@ -123,8 +125,9 @@ def _published() -> Iterator[Case]:
         yield Case(shape, size, "N38", published=force, vendor="Dhit",
                    page=DHIT.format(page), why=why)  # fmt: skip
     for gap, weight in ((0.0, 78), (0.01, 30), (0.02, 15), (0.04, 5)):
-        yield Case("cylinder", (45.0, 30.0), "N45", "twin", gap, published=weight * KILOGRAM,
-                   vendor="supermagnete", page=SUPERMAGNETE_FAQ, why="recoil, remanence")  # fmt: skip
+        yield Case("cylinder", (45.0, 30.0), "N45", "twin", gap, vendor="supermagnete",
+                   published=weight * KILOGRAM, page=SUPERMAGNETE_FAQ,
+                   why="recoil, remanence")  # fmt: skip
 
 
 def _judged() -> Iterator[Case]:
