@@ -141,10 +141,9 @@ def _judged() -> Iterator[Case]:
         (large, 0.002, 71.59, ""), (large, 0.001, 46.25, "saturation"),
     ):  # fmt: skip
         yield Case(*magnet, "N42", "sheet", PAINT, thickness, elements=force, why=why)
-    for gap, force, why in ((PAINT, 192.4, "iron meets iron"), (0.002, 23.51, "")):
-        yield Case("cylinder", pot, "N42", "pot", gap, elements=force, why=why)
-    yield Case("cylinder", pot, "N42", "pot on a geom", PAINT, elements=192.4,
-               why="iron meets iron")  # fmt: skip
+    for gap, force, on_plane in ((PAINT, 192.4, "iron meets iron"), (0.002, 23.51, "")):
+        for target, why in (("pot", on_plane), ("pot on a geom", "iron meets iron")):
+            yield Case("cylinder", pot, "N42", target, gap, elements=force, why=why)
 
 
 CASES = [*_published(), *_judged()]
