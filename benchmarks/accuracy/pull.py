@@ -32,8 +32,12 @@ PAINT = 1e-4
 PLATE = 0.03
 """Radius of sheets in m."""
 
-POT = {"diameter": 0.02, "bore": 0.017, "magnet": 0.016, "height": 0.006, "depth": 0.0045}
-"""A cup of steel and the disk in it, in m."""
+POT = {"diameter": 0.02, "bore": 0.017, "height": 0.006, "depth": 0.0045}
+"""A cup of steel around a disk of 16 mm, in m."""
+
+SQUARE = math.sqrt(math.pi) / 2
+"""Side of a square over the diameter of a disk of the same area: MuJoCo has no tubes, so that the
+pot and its magnet are square here."""
 
 POUND, KILOGRAM = 4.4482, 9.8067
 """Weights in N."""
@@ -132,7 +136,8 @@ def _published() -> Iterator[Case]:
 
 def _judged() -> Iterator[Case]:
     """Yield what no vendor was found to publish; sizes are in mm."""
-    small, large, pot = ("cylinder", (10.0, 3.0)), ("cylinder", (20.0, 5.0)), (16.0, 4.5)
+    small, large = ("cylinder", (10.0, 3.0)), ("cylinder", (20.0, 5.0))
+    in_pot = (round(16 * SQUARE, 2), round(16 * SQUARE, 2), 4.5)
     yield Case("cuboid", (20.0, 10.0, 5.0), "N38", "twin")
     for gap in (0.001, 0.002, 0.005):
         yield Case(*small, "N42", gap=gap)
@@ -143,7 +148,7 @@ def _judged() -> Iterator[Case]:
         yield Case(*magnet, "N42", "sheet", PAINT, thickness, elements=force, why=why)
     for gap, force, on_plane in ((PAINT, 192.4, "iron meets iron"), (0.002, 23.51, "")):
         for target, why in (("pot", on_plane), ("pot on a geom", "iron meets iron")):
-            yield Case("cylinder", pot, "N42", target, gap, elements=force, why=why)
+            yield Case("cuboid", in_pot, "N42", target, gap, elements=force, why=why)
 
 
 CASES = [*_published(), *_judged()]
@@ -189,8 +194,8 @@ def _target(case: Case) -> tuple[str, list[str]]:
 
 
 def _cup() -> list[str]:
-    """Return a square cup as wide as a round one of the same area, around a magnet's center."""
-    side, bore = (math.sqrt(math.pi) / 2 * POT[name] for name in ("diameter", "bore"))
+    """Return a cup of boxes around the center of its magnet, as MJCF."""
+    side, bore = (SQUARE * POT[name] for name in ("diameter", "bore"))
     floor, depth, wall = POT["height"] - POT["depth"], POT["depth"], (side - bore) / 2
     boxes = [(0, 0, (depth + floor) / 2, side, side, floor)]
     boxes += [(s * (bore + wall) / 2, 0, 0, wall, side, depth) for s in (1, -1)]

@@ -34,5 +34,5 @@ def test_pull_on_thick_steel_and_of_pairs(case):
 @cases(by_elements=True)
 def test_pull_on_sheets_and_of_a_pot(case):
     if case.why not in WRONG:
-        assert pull(case) == pytest.approx(case.right, rel=0.06)  # 0.026
+        assert pull(case) == pytest.approx(case.right, rel=0.06)  # 0.039
     assert cells(case) == row(case)
