@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from support import FRAME_RATE, film, run, save, titled, views
 
 WHEELS = "front left", "front right", "rear left", "rear right"
-MAGNETS = {"neodymium": 1.3, "bonded neodymium": 0.5, "ferrite": 0.3}
+MAGNETS = {"neodymium": 1.3, "bonded neodymium": 0.65, "ferrite": 0.4}
 """polarizations (T)"""
-SPEED, RAMP, DURATION = 5.0, 0.1, 2.3
+SPEED, RAMP, DURATION = 5.0, 0.1, 2.1
 """speed of the wheels (rad/s), the time in which they reach it (s), and that of a run (s)"""
 PERIOD = 0.01
 """time between two records (s)"""
-SHOWN = [0.15, 0.9, 1.45]
+SHOWN = [0.15, 0.8, 1.35]
 """times of the views (s)"""
 
 
@@ -112,7 +112,7 @@ def draw(model: mujoco.MjModel, runs: dict[str, xr.Dataset]) -> Figure:
             ylabel="normal force (N)",
             title=f"{magnet}, {MAGNETS[magnet]} T",
             xlim=(0, DURATION),
-            ylim=(0, 30 if name == "D" else 10),
+            ylim=(0, 25 if name == "D" else 10),
         )
     axes["F"].legend()
     return figure
