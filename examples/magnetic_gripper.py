@@ -170,7 +170,7 @@ def main(
     print(f"the plate weighs {weight:.2f} N")
     for gap, pull in zip(GAPS, pulls(model, GAPS), strict=True):
         print(f"gap {1e3 * gap:4.1f} mm: pull {pull:.3f} N, {pull / weight:.3f} times the weight")
-    pull = hanging(carry(model, 1.0)).pull.values[0]
+    pull = hanging(carry(model, 5.0)).pull.values[0]
     limit = largest_acceleration(model, pull)
     print(f"held with {pull:.2f} N; in theory, it slips above {limit:.2f} m/s²")
     runs = {fraction * limit: carry(model, fraction * limit) for fraction in FRACTIONS}

@@ -299,7 +299,7 @@ def gripper():
         patch.syspath_prepend(EXAMPLES)
         module = importlib.import_module("magnetic_gripper")
     model = module.load()
-    pull = module.hanging(module.carry(model, 1.0)).pull.values[0]
+    pull = module.hanging(module.carry(model, 5.0)).pull.values[0]
     limit = module.largest_acceleration(model, pull)
     return module, model, pull, [module.carry(model, part * limit) for part in module.FRACTIONS]
 
@@ -325,16 +325,16 @@ def test_friction_holds_the_plate_up_to_the_acceleration_of_theory(gripper):
         module.largest_acceleration(model, pull), rel=5e-15
     )  # 2e-16
     part = module.hanging(held)
-    assert np.ptp(part.slip.values) < 5e-4  # 0.13 mm: soft friction creeps
-    assert np.ptp(module.hanging(slips).slip.values) > 1e-3  # 2.6 mm
+    assert np.ptp(part.slip.values) < 5e-4  # 0.27 mm: soft friction creeps
+    assert np.ptp(module.hanging(slips).slip.values) > 1e-3  # 2.1 mm
     assert module.outcome(falls) == "falls"
 
 
 def test_the_gripper_sets_the_plate_down_and_lets_go(gripper):
     module, _, _, (held, _, _) = gripper
     place = held.qpos.values[-1, :3]
-    assert place == pytest.approx([module.ACROSS, 0, 0.022], abs=5e-4)  # 0.1 mm
-    assert abs(held.pull[-1]) < 1e-2  # 4e-4 N
+    assert place == pytest.approx([module.ACROSS, 0, 0.022], abs=1e-5)  # 4e-7
+    assert abs(held.pull[-1]) < 1e-5  # 3e-7 N
     assert held.height.max() > 0.1  # 0.12 m: it was lifted
 
 
@@ -568,8 +568,8 @@ def test_the_screw_has_the_temperature_of_the_water(example):
             {"duration": 0.1, "replicas": 1},
         ),
         ("pick_and_place", {"FRAME_RATE": 0.2}, {}),
-        ("magnetic_gripper", {"FRAME_RATE": 2, "FRACTIONS": (0.98,)}, {}),
-        ("climbing_robot", {"FRAME_RATE": 2, "DURATION": 0.3}, {}),
+        ("magnetic_gripper", {"FRAME_RATE": 0.5, "FRACTIONS": (0.98,)}, {}),
+        ("climbing_robot", {"FRAME_RATE": 0.5, "DURATION": 0.3}, {}),
         ("levitation", {"EVERY": 200}, {"duration": 1.6}),
         ("micro_swimmer", {"FRAMES": 3}, {"duration": 1.0, "replicas": 2}),
     ],
@@ -651,7 +651,7 @@ def test_the_quotes_of_the_page_are_in_the_examples():
     paths.append(ROOT / "models" / "levitation.xml")
     files = [path.read_text(encoding="utf-8") for path in paths]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
-    assert len(quoted) == 19
+    assert len(quoted) == 22
     for excerpt in quoted:
         lines = [line.strip() for line in excerpt.splitlines()]
         assert any("\n".join(lines) in "\n".join(map(str.strip, f.splitlines())) for f in files)
