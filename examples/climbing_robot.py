@@ -107,13 +107,8 @@ def draw(model: mujoco.MjModel, runs: dict[str, xr.Dataset]) -> Figure:
         for axle in ("front", "rear"):
             pair = motion.normal.sel(wheel=[f"{axle} left", f"{axle} right"]).mean("wheel")
             axes[name].plot(motion.time, pair, label=f"{axle} wheels, mean")
-        axes[name].set(
-            xlabel="t (s)",
-            ylabel="normal force (N)",
-            title=f"{magnet}, {MAGNETS[magnet]} T",
-            xlim=(0, DURATION),
-            ylim=(0, 25 if name == "D" else 10),
-        )
+        axes[name].set(xlabel="t (s)", ylabel="normal force (N)", xlim=(0, DURATION))
+        axes[name].set(title=f"{magnet}, {MAGNETS[magnet]} T", ylim=(0, 25 if name == "D" else 10))
     axes["F"].legend()
     return figure
 

@@ -135,9 +135,8 @@ def draw(model: mujoco.MjModel, runs: dict[float, xr.Dataset]) -> Figure:
     axes["E"].set(xlabel="t (s)", ylabel="force (N)", ylim=(-0.2, 13))
     for acceleration, motion in runs.items():
         part = hanging(motion)
-        axes["F"].plot(
-            part.time, 1e3 * (part.slip - part.slip[0]), label=f"{acceleration:.1f} m/s²"
-        )
+        slip = 1e3 * (part.slip - part.slip[0])
+        axes["F"].plot(part.time, slip, label=f"{acceleration:.1f} m/s²")
     axes["F"].set(xlabel="t (s)", ylabel="slip of the plate in the hand (mm)", ylim=(-4, 4))
     for name in "DEF":
         axes[name].legend()

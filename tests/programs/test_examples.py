@@ -305,7 +305,7 @@ def gripper():
 
 
 def test_the_gripper_pulls_the_plate_like_thick_iron(gripper):
-    """A magnet and its mirror image, by a series of rings: near it, a plate of 4 mm is thick."""
+    """A magnet and its mirror image: near it, a plate of 4 mm is thick."""
     module, model, _, _ = gripper
     gaps = module.GAPS[:6]
     magnet = magpylib.magnet.Cylinder(dimension=(0.008, 0.005), polarization=(0, 0, 1.3))
@@ -334,7 +334,7 @@ def test_the_gripper_sets_the_plate_down_and_lets_go(gripper):
     module, _, _, (held, _, _) = gripper
     place = held.qpos.values[-1, :3]
     assert place == pytest.approx([module.ACROSS, 0, 0.022], abs=1e-5)  # 4e-7
-    assert abs(held.pull[-1]) < 1e-5  # 3e-7 N
+    assert abs(held.pull[-1]) < 9e-6  # 3e-7 N
     assert held.height.max() > 0.1  # 0.12 m: it was lifted
 
 
@@ -372,14 +372,15 @@ def test_strong_wheels_pass_the_edges_and_weak_ones_fall(robot):
     assert strong.qpos[:, 2].max() > 0.15  # 0.154 m: it was on the top
     side = slice(0.1, 0.2)
     per_wheel = strong.normal.sel(time=side).mean(("time", "wheel"))
-    assert 4 * per_wheel == pytest.approx(module.pull(module.load()), rel=0.05)
+    assert 4 * per_wheel == pytest.approx(module.pull(module.load()), rel=0.05)  # 0.008
     front = strong.normal.sel(wheel=["front left", "front right"]).mean("wheel")
-    assert front.sel(time=slice(0.2, 0.8)).min() < 0.3 * front.sel(time=side).mean()  # at the edge
+    at_edge = front.sel(time=slice(0.2, 0.8)).min()
+    assert at_edge < 0.3 * front.sel(time=side).mean()  # 0.10
     assert weak.time[-1] < 0.5 < middle.time[-1] < 1.5  # 0.24, 0.90 s
     pulls = [module.pull(module.load(value)) for value in module.MAGNETS.values()]
     needed = module.needed(module.load())
     assert pulls[2] < needed < pulls[1]  # 4.2, 7.4, 11.1 N
-    assert middle.qpos[:, 2].max() > 0.095  # it falls off at the edge
+    assert middle.qpos[:, 2].max() > 0.095  # 0.104 m: it falls off at the edge
 
 
 def test_the_closed_forms_of_chains_and_rings_are_those_of_the_dipoles(example):
