@@ -22,7 +22,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from support import FRAME_RATE, film, pixels, run, save
+from support import FRAME_RATE, film, pixels, run, save, views
 
 Array = NDArray[np.float64]
 
@@ -137,19 +137,6 @@ def perform(model: mujoco.MjModel) -> xr.Dataset:
     return xr.Dataset({**variables, "qpos": (("time", "nq"), np.array(qpos))}, {"time": time})
 
 
-def views(
-    model: mujoco.MjModel, runs: xr.Dataset, camera: str, height: int, width: int
-) -> Iterator[NDArray[np.uint8]]:
-    """Yield pictures of the states of a run."""
-    data = mujoco.MjData(model)
-    with mujoco.Renderer(model, height, width) as renderer:
-        for data.qpos[:] in runs.qpos.values:
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_camlight(model, data)
-            renderer.update_scene(data, camera)
-            yield renderer.render()
-
-
 def trace(axes: Axes, motion: xr.Dataset, name: str, color: str, label: str | None = None):
     axes.plot(motion.time, motion[name], color=color, label=label)
     axes.set(xlabel="t (s)")
@@ -160,7 +147,8 @@ def draw(model: mujoco.MjModel, carried: xr.Dataset, thrown: xr.Dataset) -> Figu
     figure = Figure(figsize=(14, 8), layout="constrained")
     axes = figure.subplot_mosaic("AAAABBBBCCCC;DDDEEEFFFGGG", height_ratios=(1.35, 1))
     shown = carried.sel(time=SHOWN, method="nearest")
-    scenes, details = views(model, shown, "scene", 600, 760), views(model, shown, "close", 300, 300)
+    scenes = views(model, shown.qpos, "scene", 600, 760)
+    details = views(model, shown.qpos, "close", 300, 300)
     for name, scene, detail, moment in zip("ABC", scenes, details, SHOWN, strict=True):
         axes[name].imshow(scene)
         axes[name].set_title(f"t = {moment:g} s")
@@ -199,7 +187,8 @@ def frames(model: mujoco.MjModel, carried: xr.Dataset) -> Iterator[NDArray[np.ui
     axes.plot(carried.time, carried.force, color="C5")
     axes.set(xlabel="t (s)", ylabel="magnetic force (N)")
     (past,) = axes.plot([], [], color=ORANGE)
-    far, close = views(model, moments, "scene", 720, 720), views(model, moments, "close", 360, 480)
+    far = views(model, moments.qpos, "scene", 720, 720)
+    close = views(model, moments.qpos, "close", 360, 480)
     for i, (scene, pellet) in enumerate(zip(far, close, strict=True)):
         past.set_data(moments.time.values[: i + 1], moments.force.values[: i + 1])
         axes.set_title(f"current: {100 * float(moments.current[i]):.0f} %")

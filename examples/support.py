@@ -1,17 +1,21 @@
 """Shared by the examples: the command line, and saving pictures and movies."""
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import matplotlib
 import tyro
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy import array, uint8
-from numpy.typing import NDArray
+from numpy import array, asarray, uint8, vstack
+from numpy.typing import ArrayLike, NDArray
 
 import magmotor as mm
+
+# isort: split
+# MuJoCo comes after magmotor, which selects the OpenGL backend that MuJoCo loads.
+import mujoco
 
 matplotlib.rcParams.update(mm.plots.STYLE)  # also the colors C0 to C5
 
@@ -54,8 +58,32 @@ def film(frames: Iterable[NDArray[uint8]], path: Path) -> None:
     print(f"wrote {path}")
 
 
+def views(
+    model: mujoco.MjModel, qpos: ArrayLike, camera: str, height: int, width: int
+) -> Iterator[NDArray[uint8]]:
+    """Yield pictures of positions, shape (n, nq), from a camera of the model."""
+    data = mujoco.MjData(model)
+    with mujoco.Renderer(model, height, width) as renderer:
+        for data.qpos[:] in asarray(qpos):
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_camlight(model, data)
+            renderer.update_scene(data, camera)
+            yield renderer.render()
+
+
 def pixels(figure: Figure) -> NDArray[uint8]:
     """Return a figure as a picture, shape (height, width, 3)."""
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     return array(canvas.buffer_rgba())[:, :, :3]
+
+
+def titled(pictures: Iterable[NDArray[uint8]], title: str) -> Iterator[NDArray[uint8]]:
+    """Yield pictures below a title."""
+    line = None
+    for picture in pictures:
+        if line is None:
+            figure = Figure(figsize=(picture.shape[1] / 100, 0.4), dpi=100)
+            figure.text(0.5, 0.5, title, ha="center", va="center")
+            line = pixels(figure)
+        yield vstack([line, picture])

@@ -4,7 +4,9 @@ import importlib
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
+import magpylib
 import mujoco
 import mujoco.batch
 import numpy as np
@@ -290,6 +292,97 @@ def test_with_default_contacts_the_pellet_is_thrown(arm):
     assert not mm.check(model, module.start(model)).findings
 
 
+@pytest.fixture(scope="module")
+def gripper():
+    """The example, its model, the pull while it holds the plate (N), and the runs of the page."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(EXAMPLES)
+        module = importlib.import_module("magnetic_gripper")
+    model = module.load()
+    pull = module.hanging(module.carry(model, 5.0)).pull.values[0]
+    limit = module.largest_acceleration(model, pull)
+    return module, model, pull, [module.carry(model, part * limit) for part in module.FRACTIONS]
+
+
+def test_the_gripper_pulls_the_plate_like_thick_iron(gripper):
+    """A magnet and its mirror image: near it, a plate of 4 mm is thick."""
+    module, model, _, _ = gripper
+    gaps = module.GAPS[:6]
+    magnet = magpylib.magnet.Cylinder(dimension=(0.008, 0.005), polarization=(0, 0, 1.3))
+    image = magnet.copy()
+    for gap, pull in zip(gaps, module.pulls(model, gaps), strict=True):
+        magnet.position, image.position = (0, 0, gap + 0.0025), (0, 0, -gap - 0.0025)
+        force: Any = magpylib.getFT(image, magnet, meshing=2000)
+        assert pull == pytest.approx(-force[0][2] * 1000 / 1002, rel=5e-3)  # 2.4e-4
+    weight = 0.08 * 0.06 * 0.004 * 7850 * 9.81
+    strong, weak = module.pulls(model, module.GAPS[[0, -1]]) / weight
+    assert strong > 5 > 0.01 > weak  # 5.5, 0.005
+
+
+def test_friction_holds_the_plate_up_to_the_acceleration_of_theory(gripper):
+    module, model, pull, (held, slips, falls) = gripper
+    assert 0.3 * (pull / (0.08 * 0.06 * 0.004 * 7850) - 9.81) == pytest.approx(
+        module.largest_acceleration(model, pull), rel=5e-15
+    )  # 2e-16
+    part = module.hanging(held)
+    assert np.ptp(part.slip.values) < 5e-4  # 0.27 mm: soft friction creeps
+    assert np.ptp(module.hanging(slips).slip.values) > 1e-3  # 2.1 mm
+    assert module.outcome(falls) == "falls"
+
+
+def test_the_gripper_sets_the_plate_down_and_lets_go(gripper):
+    module, _, _, (held, _, _) = gripper
+    place = held.qpos.values[-1, :3]
+    assert place == pytest.approx([module.ACROSS, 0, 0.022], abs=1e-5)  # 4e-7
+    assert abs(held.pull[-1]) < 9e-6  # 3e-7 N
+    assert held.height.max() > 0.1  # 0.12 m: it was lifted
+
+
+@pytest.fixture(scope="module")
+def robot():
+    """The example, and its runs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(EXAMPLES)
+        module = importlib.import_module("climbing_robot")
+    return module, [module.drive(module.load(value)) for value in module.MAGNETS.values()]
+
+
+def test_the_box_attracts_the_robot_like_a_wall_of_iron(robot):
+    """Wheels and their mirror images. The model is too weak; see the page."""
+    module, _ = robot
+    model = module.load()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    wheels, images = [], []
+    for name in module.WHEELS:
+        x, y, z = data.body(name).xpos
+        wheel = magpylib.magnet.Cylinder(dimension=(0.036, 0.012), polarization=(0, 0, 1.3))
+        wheel.rotate_from_angax(90, "x").position = (x, y, z)
+        image = wheel.copy(position=(-x, y, z), polarization=(0, 0, -1.3))
+        wheels.append(wheel)
+        images.append(image)
+    force: Any = magpylib.getFT(images, wheels, meshing=500)
+    assert module.pull(model) == pytest.approx(force[0].sum(axis=(0, 1))[0], rel=0.3)  # 0.19
+
+
+def test_strong_wheels_pass_the_edges_and_weak_ones_fall(robot):
+    module, (strong, middle, weak) = robot
+    assert strong.normal[-1].all()
+    assert strong.qpos[-1, 0] == pytest.approx(0.124, abs=1e-3)  # on the other side of the box
+    assert strong.qpos[:, 2].max() > 0.15  # 0.154 m: it was on the top
+    side = slice(0.1, 0.2)
+    per_wheel = strong.normal.sel(time=side).mean(("time", "wheel"))
+    assert 4 * per_wheel == pytest.approx(module.pull(module.load()), rel=0.05)  # 0.008
+    front = strong.normal.sel(wheel=["front left", "front right"]).mean("wheel")
+    at_edge = front.sel(time=slice(0.2, 0.8)).min()
+    assert at_edge < 0.3 * front.sel(time=side).mean()  # 0.10
+    assert weak.time[-1] < 0.5 < middle.time[-1] < 1.5  # 0.24, 0.90 s
+    pulls = [module.pull(module.load(value)) for value in module.MAGNETS.values()]
+    needed = module.needed(module.load())
+    assert pulls[2] < needed < pulls[1]  # 4.2, 7.4, 11.1 N
+    assert middle.qpos[:, 2].max() > 0.095  # 0.104 m: it falls off at the edge
+
+
 def test_the_closed_forms_of_chains_and_rings_are_those_of_the_dipoles(example):
     beads = example("magnetic_assembly")
     model = beads.load()
@@ -476,6 +569,8 @@ def test_the_screw_has_the_temperature_of_the_water(example):
             {"duration": 0.1, "replicas": 1},
         ),
         ("pick_and_place", {"FRAME_RATE": 0.2}, {}),
+        ("magnetic_gripper", {"FRAME_RATE": 0.5, "FRACTIONS": (0.98,)}, {}),
+        ("climbing_robot", {"FRAME_RATE": 0.5, "DURATION": 0.3}, {}),
         ("levitation", {"EVERY": 200}, {"duration": 1.6}),
         ("micro_swimmer", {"FRAMES": 3}, {"duration": 1.0, "replicas": 2}),
     ],
@@ -557,7 +652,7 @@ def test_the_quotes_of_the_page_are_in_the_examples():
     paths.append(ROOT / "models" / "levitation.xml")
     files = [path.read_text(encoding="utf-8") for path in paths]
     quoted = re.findall(r"<!-- from examples -->\n```\w+\n(.*?)```", PAGE, re.DOTALL)
-    assert len(quoted) == 19
+    assert len(quoted) == 22
     for excerpt in quoted:
         lines = [line.strip() for line in excerpt.splitlines()]
         assert any("\n".join(lines) in "\n".join(map(str.strip, f.splitlines())) for f in files)

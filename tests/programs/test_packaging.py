@@ -252,7 +252,12 @@ COMPLETED = {
     "movie ''": {"top", "motor"},
     "sweep st": {"status"},
     "check ''": set(),
-    "examples show magnetic_": {"magnetic_assembly", "magnetic_beads", "magnetic_pendulum"},
+    "examples show magnetic_": {
+        "magnetic_assembly",
+        "magnetic_beads",
+        "magnetic_gripper",
+        "magnetic_pendulum",
+    },
     "examples run pick_and_place --m": {"--movie"},
 }
 """Words before the key TAB, and those that bash offers then."""
