@@ -78,6 +78,7 @@ class Side:
             side = frame.T[abs(self._normal @ frame).argmin(axis=1)]
             side = side - (side * self._normal).sum(axis=1)[:, np.newaxis] * self._normal
             side /= np.linalg.norm(side, axis=1)[:, np.newaxis]
+            self._sides = side
             both = side, np.cross(self._normal, side)
             vectors = magnet.strengths[:, np.newaxis] * magnet.axes
             self._planar, self._across = (
@@ -109,6 +110,11 @@ class Side:
     def moments(self, k: int) -> tuple[NDArray[np.complex128], Array]:
         """Return the parts of all moments in that plane, and along its normal, each (n,)."""
         return self._across[k], self._along[k]
+
+    def frame(self, k: int) -> Array:
+        """Return the rows of that frame: the real and the imaginary axis, and the normal."""
+        side, normal = self._sides[k], self._normal[k]
+        return np.array([side, np.cross(normal, side), normal])
 
     @cached_property
     def distinct(self) -> NDArray[np.int64]:

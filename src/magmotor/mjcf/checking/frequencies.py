@@ -148,6 +148,7 @@ def _stiffness(
     factor, k = coupling_factors(model), PERMEABILITY_OVER_4PI
     positions = np.concatenate([magnet.positions for magnet in magnets])
     moments = np.concatenate([magnet.strengths[:, None] * magnet.axes for magnet in magnets])
+    extents = np.concatenate([magnet.extents for magnet in magnets])
     bodies = np.concatenate([magnet.bodies for magnet in magnets])
     welds = model.body_weldid[bodies]
     follows = model.body_dofnum[welds] > 0
@@ -172,7 +173,8 @@ def _stiffness(
             for places, sizes, mirror in sources:
                 scale = k * (mirror * np.ones(len(bodies)) if mirror else factors[body])
                 apart = positions[i] - places
-                distance = np.maximum(np.linalg.norm(apart, axis=1), COINCIDENCE)
+                least = np.where(extents * extents[i] > 0, (extents + extents[i]) / 2, COINCIDENCE)
+                distance = np.maximum(np.linalg.norm(apart, axis=1), least)
                 along = (apart * sizes).sum(axis=1) / distance**2
                 others = scale * (welds != magnet.body)  # one's own images turn against one
                 field += others @ (
