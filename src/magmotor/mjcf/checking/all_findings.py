@@ -53,7 +53,7 @@ def failures(
     yield from unkept_spins(model, state)
     yield from _noise(description)
     if description.acting:
-        yield from methods(model, pairs)
+        yield from methods(model, state, pairs)
         yield from _doubts(model, state, description, now)
 
 

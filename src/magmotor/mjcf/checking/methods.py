@@ -4,6 +4,7 @@ The errors are those of docs/fields_coils_iron.md. The times are measured on one
 benchmarks/speed/shapes.py and iron.py, and rough.
 """
 
+from collections import defaultdict
 from collections.abc import Iterator
 from ctypes import c_double, c_int64
 
@@ -13,9 +14,9 @@ from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.closest_approach import Meeting
 from magmotor.mjcf.checking.failure import Failure
-from magmotor.mjcf.checking.strengths import Magnet
+from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touching_iron import unions_of
-from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE
+from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
 from magmotor.mjcf.declarations.marks import IRON, SHAPES
 from magmotor.mjcf.declarations.meshes import MESH, MOST_FACES
 from magmotor.mjcf.declarations.table import PIECES
@@ -42,25 +43,38 @@ QUADRATIC, FACING, TOGETHER = 2e-4, 60, 1000
 and for each other piece that it magnetizes."""
 
 
-def methods(model: mujoco.MjModel, pairs: list[Meeting]) -> Iterator[Failure]:
+def methods(model: mujoco.MjModel, state: mujoco.MjData, pairs: list[Meeting]) -> Iterator[Failure]:
     """Yield a note for each magnet by its geom, and for each piece of iron; like ones are alike.
 
     `pairs` tells what can touch what.
     """
-    kinds, met = acting_forces(model), {}
-    for pair in pairs:
-        for own, other in (pair.magnets, pair.magnets[::-1]) if pair.approach else ():
-            met.setdefault(own.body, []).append(other)
-    welds = model.body_weldid[model.geom_bodyid]
+    kinds, welds = acting_forces(model), model.body_weldid[model.geom_bodyid]
+    met = _met(model, state, pairs)
     for geom in declared.polarizations(model) if kinds & SHAPES else ():
-        others = met.get(int(welds[geom]), [])
-        yield Failure(label(model, "geom", geom), _magnet(model, geom, others), note=True)
+        what = _magnet(model, geom, met[int(welds[geom])])
+        yield Failure(label(model, "geom", geom), what, note=True)
     rows = declared.rows(model, PIECES) if kinds & IRON else ()
     for row, address in zip(rows, unions_of(model, len(rows))[1].tolist(), strict=True):
         geom = int(row.geom)
         if address > 0:
-            what = _iron(model, geom, address, met.get(int(welds[geom]), []))
+            what = _iron(model, geom, address, met[int(welds[geom])])
             yield Failure(label(model, "geom", geom), what, note=True)
+
+
+def _met(
+    model: mujoco.MjModel, state: mujoco.MjData, pairs: list[Meeting]
+) -> dict[int, list[Magnet]]:
+    """Return, for each rigid body, the magnets that it can touch."""
+    of_body, met = defaultdict(list), defaultdict(list)
+    for magnet in magnets_of(model, state):
+        of_body[magnet.body].append(magnet)
+    for pair in pairs:
+        for row in pair.like[:, :2].tolist() if pair.approach else ():
+            for one, other in (row, row[::-1]):
+                weld, there = model.body_weldid[model.geom_bodyid[[one, other]]].tolist()
+                flat = model.geom_type[other] == PLANE
+                met[weld] += [each for each in of_body[there] if flat == (each.images != 0)]
+    return met
 
 
 def _magnet(model: mujoco.MjModel, geom: int, others: list[Magnet]) -> str:

@@ -159,7 +159,7 @@ def _true_pull(
     one, other = sides
     upright, frame = one.frame(i), other.frame(j)
     first, second = one.dipole[i], other.dipole[j]
-    height, best = one.along(i)[first] + other.along(j)[second], (0.0, 0.0)
+    height, best = one.reach[i] + other.reach[j], (0.0, 0.0)
     step = SUNK * depth
     for turn in (1, 1j, -1, -1j):
         onto = np.array([[turn.real, turn.imag, 0], [turn.imag, -turn.real, 0], [0, 0, -1]])
