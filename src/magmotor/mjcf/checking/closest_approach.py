@@ -35,7 +35,7 @@ from magmotor.mjcf.checking.touch import (
     closest_to_plane,
     coarsest,
 )
-from magmotor.mjcf.checking.true_pull import Duo
+from magmotor.mjcf.checking.true_pull import duo_of
 from magmotor.mjcf.declarations.iron import PLANE, SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
 
@@ -146,7 +146,7 @@ def _meeting(
     approach = linked = None
     if not len(possible):
         held = np.full_like(held, np.inf)
-    duo = Duo(model, data, magnets) if any(magnet.shaped for magnet in magnets) else None
+    duo = duo_of(model, data, magnets)
     if standing and (held < np.inf).any():
         approach, k = closest_to_plane(one, other, standing, level, masses, duo)
         approach = approach and approach._replace(

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.mjcf import declared, layout, memory
+from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.close_iron import WEAK
 from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.failure import Failure
@@ -54,6 +55,7 @@ def unions_of(model: mujoco.MjModel, count: int) -> tuple[NDArray[np.int64], NDA
     Those are of the responses of pieces, and -1 for the other geoms of a piece.
     """
     room = np.empty(WORDS * (count + 1))
+    acting_forces(model)  # binds what compiled code calls
     responses.bind()
     _find(layout.current())(model._address, room.ctypes.data, count)
     found = room[: COLUMNS * count].reshape(count, COLUMNS)[:, [PIECE, RESPONSE]].astype(np.int64)

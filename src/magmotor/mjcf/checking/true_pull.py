@@ -30,7 +30,7 @@ MODEL = """
   <custom>{custom}</custom>
   <asset>{assets}</asset>
   <worldbody>
-    <body pos="0 0 1e6"><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{one}</body>
+    <body pos="0 0 {away:g}"><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{one}</body>
     {other}
   </worldbody>
 </mujoco>"""
@@ -45,8 +45,10 @@ class Duo:
         text = _Text(model, data)
         one, other = (text.elements(magnet) for magnet in magnets)
         self._frames = [_frame(model, data, magnet) for magnet in magnets]
+        away = 10 * model.stat.extent  # MuJoCo's compiler evaluates the forces there
+        assets = "".join(text.assets)
         self._model = _compiled(
-            MODEL.format(custom=text.custom(), assets="".join(text.assets), one=one, other=other)
+            MODEL.format(custom=text.custom(), assets=assets, away=away, one=one, other=other)
         )
         self._data = mujoco.MjData(self._model)
         self.normal = self._frames[1][1][:, 2]
@@ -68,6 +70,23 @@ class Duo:
         except mujoco.FatalError:  # such as of dipoles that coincide
             return np.full(3, np.nan)
         return there.T @ self._data.qfrc_passive[:3]
+
+
+def duo_of(
+    model: mujoco.MjModel, data: mujoco.MjData, magnets: tuple[Magnet, Magnet]
+) -> Duo | None:
+    """Return two magnets alone, if one is a magnet by its geom and their forces are defined.
+
+    They are not where pieces of iron of one body are too near each other for their nodes.
+    """
+    if not any(magnet.shaped for magnet in magnets):
+        return None
+    try:
+        return Duo(model, data, magnets)
+    except ValueError as error:
+        if "engine error" in str(error):  # of the plugin, where MuJoCo's compiler calls it
+            return None
+        raise
 
 
 def _frame(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> tuple[Array, Array]:
