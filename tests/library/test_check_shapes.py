@@ -22,7 +22,7 @@ TURNED = 'euler="20 30 40"'
 HULL = f'<mesh name="hull" vertex="{CORNERS}"/>'
 
 
-def load(bodies, custom="", assets="", steel=1000):
+def load(bodies, custom="", assets="", steel=1000.0):
     """A model in which a geom named `block`, if there is one, is iron."""
     if 'name="block"' in bodies:
         custom += f"""
@@ -45,7 +45,8 @@ def free(geom, place="0 0 0", more=""):
 def pull_of(model):
     """The pull that a finding quotes, in N."""
     (found,) = [each for each in mm.check(model).findings if "attract" in each]
-    return float(re.search(r"with (?:at most|up to about) ([\d.]+) N", found)[1])
+    (pull,) = re.findall(r"with (?:at most|up to about) ([\d.]+) N", found)
+    return float(pull)
 
 
 def true_pull(shape, sizes, polarization):

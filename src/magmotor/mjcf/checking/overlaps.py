@@ -60,12 +60,13 @@ def _of_true_shapes(
     near &= apart < radii[one] + radii[other]
     widths = 2 * model.geom_aabb[:, 3:].min(axis=1)
     widths[model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE] = np.inf
-    for pair in np.column_stack([one, other])[near].tolist():
+    for first, second in np.column_stack([one, other])[near].tolist():
+        pair = [first, second]
         allowed = ALLOWED * float(widths[pair].min())
-        depth = -mujoco.mj_geomDistance(model, state, *pair, allowed, None)
+        depth = -mujoco.mj_geomDistance(model, state, first, second, allowed, None)
         if depth > allowed:
-            what = "a magnet and iron" if pair[1] in iron else "magnets"
-            fixed = welds[pair[0]] == welds[pair[1]] or not model.body_dofnum[welds[pair]].any()
+            what = "a magnet and iron" if second in iron else "magnets"
+            fixed = welds[first] == welds[second] or not model.body_dofnum[welds[pair]].any()
             remedy = "no motion separates them: change their places" if fixed else "move them apart"
             yield (
                 Failure(

@@ -63,19 +63,18 @@ def closest_approach(
     one, other = (side.magnet for side in sides)
     nearest = np.unravel_index(apart.argmin(), apart.shape)
     depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
-    depth = float(depths[depths > SURFACE * depths.sum()].min())
+    depth = float(depths[depths >= SURFACE * depths.sum()].min())
     weight = np.where(apart < np.inf, factor, 0)
     poses = np.stack(np.meshgrid(*(side.distinct for side in sides)), axis=-1).reshape(-1, 2)
     near = apart[tuple(side.dipole[k] for side, k in zip(sides, poses.T, strict=True))]
     poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
     force = gradient = pull = 0.0
     coiled = any(magnet.coils - {-1} for magnet in (one, other))
-    if duo:
-        found = [_true_pull(duo, sides, *pose, coiled, depth) for pose in poses.tolist()]
+    if duo and weight.any():
+        found = [_true_pull(duo, sides, i, j, coiled, depth) for i, j in poses.tolist()]
         force, gradient = max(found, default=(0.0, 0.0))
-        poses = poses[:0]
     aligned = any(m.responses.any() or len(m.coils) > 1 for m in (one, other))
-    for i, j in poses.tolist() if weight.any() else ():
+    for i, j in poses.tolist() if weight.any() and not duo else ():
         for aside, height, turn, mirrored in _poses(sides, i, j, aligned):
             found = attraction(one, other, np.hypot(height, abs(aside)), weight)
             force, gradient = max((force, gradient), found)
@@ -103,7 +102,7 @@ def closest_to_plane(
     `level` is the height of what it touches above the plane; see `closest_approach` for the others.
     """
     depths = np.array([found.heights.min() - level, level])
-    depth = float(depths[depths > SURFACE * depths.sum()].min())
+    depth = float(depths[depths >= SURFACE * depths.sum()].min())
     if duo:
         forces, gradients = _true_pulls_of_plane(duo, magnet, plane, found, depth)
     else:

@@ -30,7 +30,9 @@ MODEL = """
   <custom>{custom}</custom>
   <asset>{assets}</asset>
   <worldbody>
-    <body pos="0 0 {away:g}"><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{one}</body>
+    <body pos="0 0 {away:g}">
+      <freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{one}
+    </body>
     {other}
   </worldbody>
 </mujoco>"""
@@ -138,7 +140,7 @@ class _Text:
         place = (self._data.geom_xpos[geom] - origin) @ axes
         text = f'<geom name="{name}" type="{TYPES[kind]}" pos="{_numbers(place)}"'
         text += f' quat="{_numbers(quaternion)}"'
-        polarization = model.geom_user[geom, :3] if polarized else None
+        polarization = model.geom_user[geom, :3]
         if not polarized:
             self._iron.setdefault(self._material_of[geom], []).append(name)
         if kind == MESH:
@@ -148,7 +150,7 @@ class _Text:
             text += f' mesh="{name}"'
             self.assets.append(_mesh(model, mesh, name))
         else:
-            text += f' size="{_numbers(np.maximum(model.geom_size[geom], 1e-300))}"'
+            text += f' size="{_numbers(model.geom_size[geom])}"'
         return text + (f' user="{_numbers(polarization)}"/>' if polarized else "/>")
 
     def custom(self) -> str:
@@ -168,7 +170,7 @@ class _Text:
 def _mesh(model: mujoco.MjModel, mesh: int, name: str) -> str:
     """Return a mesh as the model has it, in the frame that MuJoCo gave it."""
     first, start = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
-    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+    vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(float)
     faces = model.mesh_face[start : start + model.mesh_facenum[mesh]]
     corners = " ".join(map(str, faces.ravel().tolist()))
     return f'<mesh name="{name}" vertex="{_numbers(vertices.ravel())}" face="{corners}"/>'
