@@ -17,12 +17,18 @@ from magmotor.numerics.iron.response import of_geoms
 
 DISK = '<geom name="{}" type="cylinder" size=".00635 .0015875" density="7500" user="0 0 1.32"/>'
 BLOCK = '<geom name="block" type="box" size=".02 .02 .01"/>'
-CORNERS = " ".join(f"{x} {y} {z}" for x in (0, 0.008) for y in (0, 0.006) for z in (0, 0.005))
 TURNED = 'euler="20 30 40"'
-HULL = f'<mesh name="hull" vertex="{CORNERS}"/>'
+AXES = np.array([[2, -1, 2], [2, 2, -1], [-1, 2, 2]]) / 3
+"""Axes of a brick that is a mesh, as columns."""
+SIZES = (0.008, 0.006, 0.005)
+CORNERS = AXES @ np.array([[x, y, z] for x in (0, 0.008) for y in (0, 0.006) for z in (0, 0.005)]).T
+HULL = f'<mesh name="hull" vertex="{" ".join(map(str, CORNERS.T.ravel()))}"/>'
 
 
-def load(bodies, custom="", assets="", steel=1000.0):
+MARK = '<text name="magmotor" data="dipoles magnets iron"/>'
+
+
+def load(bodies, custom="", assets="", steel=1000.0, mark=MARK):
     """A model in which a geom named `block`, if there is one, is iron."""
     if 'name="block"' in bodies:
         custom += f"""
@@ -32,7 +38,7 @@ def load(bodies, custom="", assets="", steel=1000.0):
     return mujoco.MjModel.from_xml_string(f"""
     <mujoco>
       <option gravity="0 0 0" timestep="1e-5"/>
-      <custom><text name="magmotor" data="dipoles magnets iron"/>{custom}</custom>
+      <custom>{mark}{custom}</custom>
       <asset>{assets}</asset>
       <worldbody>{bodies}</worldbody>
     </mujoco>""")
@@ -72,8 +78,7 @@ def true_pull(shape, sizes, polarization):
 
 LONG = '<geom type="cylinder" size=".003 .015" user="0 0 1.2"/>'
 BRICK = '<geom type="box" size=".004 .003 .0025" user="0 0 1.3"/>'
-MESH = '<geom type="mesh" mesh="hull" user="0 0 1.3"/>'
-SIZES = (0.008, 0.006, 0.005)
+MESH = '<geom type="mesh" mesh="hull" user="{} {} {}"/>'.format(*1.3 * AXES[:, 2])
 
 
 @pytest.mark.parametrize(
@@ -111,16 +116,16 @@ def test_two_magnets_of_one_body_pull_together():
 
 
 def test_units_of_the_model():
-    """Lengths in mm, masses in g, times in ms: forces in N, and mu0 for the moments in A mm^2."""
+    """Lengths in mm, masses in g, times in ms, currents in mA: forces are in N."""
     constant = (
-        'type="cylinder" size="6.35 1.5875" density="7.5e-3" user="0 0 1.32e-3" solref="20 1"'
+        'type="cylinder" size="6.35 1.5875" density="7.5e-3" user="0 0 1.32e-6" solref="20 1"'
     )
     geom = DISK.format("disk")
     other = f'<geom name="disk" {constant}/>'
     found = []
     for each, custom, away in (
         (geom, "", "0 .1 0"),
-        (other, '<numeric name="magnetic_constant" data="1.25663706127e-6"/>', "0 100 0"),
+        (other, '<numeric name="magnetic_constant" data="1.25663706127e-12"/>', "0 100 0"),
     ):
         found.append(pull_of(load(free(each) + free(each.replace("disk", "b"), away), custom)))
     assert found[1] / found[0] == pytest.approx(1.0, rel=1e-3)
@@ -211,6 +216,17 @@ def test_what_cannot_touch_is_described_briefly():
             " forces on magnets are right to 0.5 % from that distance on"
         ),
     ]
+
+
+def test_iron_close_to_iron_is_described():
+    ball = free('<geom name="{}" size=".01"/>')
+    tuples = """<numeric name="field" data="0 0 .1"/><text name="magmotor" data="fields iron"/>
+      <tuple name="iron_b"><element objtype="numeric" objname="steel"/>
+      <element objtype="geom" objname="b"/></tuple>"""
+    text = ball.format("block") + ball.format("b").replace("0 0 0", "0 0 .05")
+    (note,) = notes_of(load(text, tuples, mark=""))
+    assert "(and 1 more like it) is iron: 118 nodes" in note
+    assert note.endswith("; close to other iron, forces are too weak, for about 1000 us each")
 
 
 def response_of_ball(radius):

@@ -100,8 +100,8 @@ def check(
     plane of iron; spins, in the state given and in keyframes, with what the integrator keeps (see
     the page "Bodies that spin"); and noise with damping. It finds dipoles that can come nearer to
     each other than their geoms or than others of their layout, dipoles where no force is defined,
-    magnets and iron that overlap, and iron that nodes do not resolve. Notes say how magnets and iron
-    by their geom are described, how right that is, and what it costs.
+    magnets and iron that overlap, and iron that nodes do not resolve. Notes say how magnets and
+    iron by their geom are described, how right that is, and what it costs.
 
     Parameters
     ----------

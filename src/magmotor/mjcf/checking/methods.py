@@ -64,12 +64,12 @@ def methods(model: mujoco.MjModel, state: mujoco.MjData, pairs: list[Meeting]) -
 def _met(
     model: mujoco.MjModel, state: mujoco.MjData, pairs: list[Meeting]
 ) -> dict[int, list[Magnet]]:
-    """Return, for each rigid body, the magnets that it can touch."""
+    """Return, for each rigid body, the magnets that it can touch, or come close to with iron."""
     of_body, met = defaultdict(list), defaultdict(list)
     for magnet in magnets_of(model, state):
         of_body[magnet.body].append(magnet)
     for pair in pairs:
-        for row in pair.like[:, :2].tolist() if pair.approach else ():
+        for row in pair.like[:, :2].tolist() if pair.approach or pair.close_iron else ():
             for one, other in (row, row[::-1]):
                 weld, there = model.body_weldid[model.geom_bodyid[[one, other]]].tolist()
                 flat = model.geom_type[other] == PLANE
@@ -111,5 +111,5 @@ def _iron(model: mujoco.MjModel, geom: int, address: int, others: list[Magnet]) 
     else:
         said += "; forces on magnets are right to 0.5 % from that distance on"
     if any(other.responses.any() for other in others):
-        said += f"; in contact with iron, forces are too weak, for about {TOGETHER} us each"
+        said += f"; close to other iron, forces are too weak, for about {TOGETHER} us each"
     return said
