@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import magmotor as mm
+from magmotor.mjcf.checking.frequencies import frequencies
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 from magmotor.numerics.iron.response import of_geoms
 
@@ -129,6 +130,22 @@ def test_units_of_the_model():
     ):
         found.append(pull_of(load(free(each) + free(each.replace("disk", "b"), away), custom)))
     assert found[1] / found[0] == pytest.approx(1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("gap", [1e-5, 1e-3])
+def test_swings_of_disks_that_nearly_touch(gap):
+    """The frequency is a bound of that of swings along the axis, and not many times as large."""
+    pulls = []
+    for away in (gap, gap + 1e-5):
+        disks = free(DISK.format("a")) + free(DISK.format("b"), f"0 0 {0.003175 + away}")
+        model = load(disks)
+        data = mujoco.MjData(model)
+        with mm.magnetism():
+            mujoco.mj_forward(model, data)
+        pulls.append(data.xfrc_applied[1, 2])
+    true = np.sqrt(2 * (pulls[0] - pulls[1]) / 1e-5 / model.body_mass[1])
+    ratio = frequencies(model, data)[1] / true
+    assert 1 < ratio < 4  # 1.2 and 2.7
 
 
 def overlaps_of(model):

@@ -18,7 +18,7 @@ def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tu
     no more than two faces can that lie on each other.
     """
     partner = one if other.images else other
-    distance = np.maximum(distance, nearest_of_dipoles(one, partner))
+    distance = np.maximum(distance, nearest_of_dipoles(one.extents, partner.extents))
     if other.images:
         pull, slope = _pull_of_dipoles(one, other, distance, factor * (factor.T > 0))
         return pull, 2 * slope
@@ -28,11 +28,13 @@ def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tu
     return sum(pull for pull, _ in found), sum(slope for _, slope in found)
 
 
-def nearest_of_dipoles(one: Magnet, other: Magnet) -> Array:
-    """Return the distances (n, m) in m below which dipoles count as if they were as far apart."""
-    both = (one.extents > 0)[:, np.newaxis] & (other.extents > 0)
-    mean = np.add.outer(one.extents, other.extents) / 2
-    return np.maximum(np.where(both, mean, 0.0), COINCIDENCE)
+def nearest_of_dipoles(one: Array, other: Array) -> Array:
+    """Return the distances (n, m) in m below which dipoles count as if they were as far apart.
+
+    The arguments are the extents of `Magnet`, (n,) and (m,).
+    """
+    mean = np.where(np.multiply.outer(one, other) > 0, np.add.outer(one, other) / 2, 0.0)
+    return np.maximum(mean, COINCIDENCE)
 
 
 def _pull_of_dipoles(

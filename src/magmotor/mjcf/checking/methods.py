@@ -69,7 +69,7 @@ def _met(
     for magnet in magnets_of(model, state):
         of_body[magnet.body].append(magnet)
     for pair in pairs:
-        for row in pair.like[:, :2].tolist() if pair.approach or pair.close_iron else ():
+        for row in pair.like[:, :2].tolist():
             for one, other in (row, row[::-1]):
                 weld, there = model.body_weldid[model.geom_bodyid[[one, other]]].tolist()
                 flat = model.geom_type[other] == PLANE
