@@ -7,11 +7,11 @@ import mujoco
 import numpy as np
 
 from magmotor.mjcf.checking.closest_approach import meetings
-from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.field_strengths import unbounded_drives
 from magmotor.mjcf.checking.frequencies import frequencies
+from magmotor.mjcf.checking.methods import methods
 from magmotor.mjcf.checking.motion_findings import (
     far_magnets,
     fast_joints,
@@ -20,6 +20,7 @@ from magmotor.mjcf.checking.motion_findings import (
     unkept_spins,
     wide_swings,
 )
+from magmotor.mjcf.checking.overlaps import overlaps
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.checking.touching_iron import touching_pieces
@@ -41,7 +42,7 @@ def failures(
     yield from _huge(description)
     yield from misplaced
     for where, each in _states(model, state):
-        yield from _overlaps(model, each, where)
+        yield from overlaps(model, each, where)
     yield from touching_pieces(model, state)
     for pair in pairs:
         yield from failures_of_pair(model, pair)
@@ -52,6 +53,7 @@ def failures(
     yield from unkept_spins(model, state)
     yield from _noise(description)
     if description.acting:
+        yield from methods(model, state, pairs)
         yield from _doubts(model, state, description, now)
 
 
@@ -114,25 +116,6 @@ def _misplaced(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]
     except ValueError as error:
         sentence = str(error).removesuffix("; mm.check(model) says what keeps it above")
         yield Failure(sentence, "(in the state given)")
-
-
-def _overlaps(model: mujoco.MjModel, state: mujoco.MjData, where: str) -> Iterator[Failure]:
-    """Yield geoms of magnets that overlap by more than contacts should allow."""
-    magnets = magnets_of(model, state)
-    bodies = [magnet.body for magnet in magnets if not magnet.images]
-    planes = [magnet.elements[0] - model.nsite for magnet in magnets if magnet.images]
-    welds = model.body_weldid[model.geom_bodyid]
-    magnetic = np.isin(welds, bodies) | np.isin(np.arange(model.ngeom), planes)
-    for contact in state.contact:
-        geoms = contact.geom
-        if (geoms < 0).any() or not magnetic[geoms].all():
-            continue
-        radii = model.geom_rbound[geoms]
-        if -contact.dist > SUNK * radii[radii > 0].min():
-            names = " and ".join(label(model, "geom", geom) for geom in geoms)
-            yield Failure(
-                names, f"of magnets overlap by {-contact.dist:.2g} m {where}; move them apart"
-            )
 
 
 def _noise(found: Description) -> Iterator[Failure]:

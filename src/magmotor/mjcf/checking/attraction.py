@@ -14,9 +14,11 @@ def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tu
 
     Iron attracts the other side's dipoles as a plane of iron would that is as near, or as a dipole
     with its saturation moment, whichever is weaker. Above a plane, `distance` is that of dipoles
-    from images, and `factor` has one column.
+    from images, and `factor` has one column. Magnets by their geom attract as dipoles do, but with
+    no more than two faces can that lie on each other.
     """
-    distance = np.maximum(distance, COINCIDENCE)
+    partner = one if other.images else other
+    distance = np.maximum(distance, nearest_of_dipoles(one.extents, partner.extents))
     if other.images:
         pull, slope = _pull_of_dipoles(one, other, distance, factor * (factor.T > 0))
         return pull, 2 * slope
@@ -24,6 +26,15 @@ def attraction(one: Magnet, other: Magnet, distance: Array, factor: Array) -> tu
     found.append(_pull_of_iron(one, other, distance, factor))
     found.append(_pull_of_iron(other, one, distance.T, factor.T))
     return sum(pull for pull, _ in found), sum(slope for _, slope in found)
+
+
+def nearest_of_dipoles(one: Array, other: Array) -> Array:
+    """Return the distances (n, m) in m below which dipoles count as if they were as far apart.
+
+    The arguments are the extents of `Magnet`, (n,) and (m,).
+    """
+    mean = np.where(np.multiply.outer(one, other) > 0, np.add.outer(one, other) / 2, 0.0)
+    return np.maximum(mean, COINCIDENCE)
 
 
 def _pull_of_dipoles(
@@ -60,7 +71,8 @@ def _pull_of_iron(
     for j in np.flatnonzero(iron.responses):
         own = (magnet.strengths > 0) & (distance[:, j] < np.inf) & (factor[:, j] > 0)
         moments, places = magnet.strengths[own], magnet.positions[own]
-        height = np.maximum(distance[own, j] - iron.depths[j], COINCIDENCE)
+        least = np.maximum(magnet.extents[own] / 2, COINCIDENCE)
+        height = np.maximum(distance[own, j] - iron.depths[j], least)
         square = np.sum((places[:, np.newaxis] - places) ** 2, axis=2)
         aside = np.maximum(square - np.subtract.outer(height, height) ** 2, 0.0)
         apart = np.sqrt(np.add.outer(height, height) ** 2 + aside)

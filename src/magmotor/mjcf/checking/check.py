@@ -63,9 +63,9 @@ class Check:
     units : tuple of str
         What the units in these sentences stand for, if the model's are not those of SI.
     notes : tuple of str
-        Where the forces do not act, which is no failure inside `magnetism()`; and doubts, such as
-        distances that are probably in other units, and what is not judged, such as spins that the
-        model does not tell.
+        Where the forces do not act, which is no failure inside `magnetism()`; how magnets and iron
+        by their geom are described; and doubts, such as distances that are probably in other units,
+        and what is not judged, such as spins that the model does not tell.
     """
 
     findings: tuple[str, ...]
@@ -100,7 +100,8 @@ def check(
     plane of iron; spins, in the state given and in keyframes, with what the integrator keeps (see
     the page "Bodies that spin"); and noise with damping. It finds dipoles that can come nearer to
     each other than their geoms or than others of their layout, dipoles where no force is defined,
-    magnets that overlap, and iron that one dipole does not describe.
+    magnets and iron that overlap, and iron that nodes do not resolve. Notes say how magnets and
+    iron by their geom are described, how right that is, and what it costs.
 
     Parameters
     ----------

@@ -35,6 +35,7 @@ from magmotor.mjcf.checking.touch import (
     closest_to_plane,
     coarsest,
 )
+from magmotor.mjcf.checking.true_pull import duo_of
 from magmotor.mjcf.declarations.iron import PLANE, SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
 
@@ -145,8 +146,9 @@ def _meeting(
     approach = linked = None
     if not len(possible):
         held = np.full_like(held, np.inf)
+    duo = duo_of(model, data, magnets)
     if standing and (held < np.inf).any():
-        approach, k = closest_to_plane(one, other, standing, level, masses)
+        approach, k = closest_to_plane(one, other, standing, level, masses, duo)
         approach = approach and approach._replace(
             contacts=contacts_that_share(
                 model, data, magnets, standing.directions[k], standing.heights[k], approach.depth,
@@ -154,7 +156,7 @@ def _meeting(
             )
         )  # fmt: skip
     elif (held < np.inf).any():
-        approach = closest_approach(sides, held, factor, masses)
+        approach = closest_approach(sides, held, factor, masses, duo)
     spacing = coarsest(sides, held) if approach else None
     kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
     if kept.any():

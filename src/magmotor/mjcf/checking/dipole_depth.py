@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.checking.depth import NEVER, depth_and_normal, tangent_planes
+from magmotor.mjcf.checking.depth import CONVEX, NEVER, depth_and_normal, tangent_planes, tips
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.unit_system import declares_units
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -78,6 +78,7 @@ class Side:
             side = frame.T[abs(self._normal @ frame).argmin(axis=1)]
             side = side - (side * self._normal).sum(axis=1)[:, np.newaxis] * self._normal
             side /= np.linalg.norm(side, axis=1)[:, np.newaxis]
+            self._sides = side
             both = side, np.cross(self._normal, side)
             vectors = magnet.strengths[:, np.newaxis] * magnet.axes
             self._planar, self._across = (
@@ -109,6 +110,24 @@ class Side:
     def moments(self, k: int) -> tuple[NDArray[np.complex128], Array]:
         """Return the parts of all moments in that plane, and along its normal, each (n,)."""
         return self._across[k], self._along[k]
+
+    def frame(self, k: int) -> Array:
+        """Return the rows of that frame: the real and the imaginary axis, and the normal."""
+        side, normal = self._sides[k], self._normal[k]
+        return np.array([side, np.cross(normal, side), normal])
+
+    @cached_property
+    def reach(self) -> Array:
+        """How far the hull of all geoms reaches above dipole[k] along the normal of plane k, (K,).
+
+        It is how deep the dipole is below the plane, if no geom is beyond that.
+        """
+        farthest = self._level.copy()
+        for geom in self._geoms[np.isin(self._model.geom_type[self._geoms], CONVEX)].tolist():
+            ends = tips(self._model, self._data, geom, self._normal)
+            above = ((ends - self._places[self.dipole]) * self._normal).sum(axis=1) + self._margin
+            farthest = np.maximum(farthest, above)
+        return farthest
 
     @cached_property
     def distinct(self) -> NDArray[np.int64]:

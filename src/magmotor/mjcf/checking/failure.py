@@ -25,7 +25,7 @@ class Failure(NamedTuple):
     integrator: str = ""
     """The integrator without it, if that is the cheaper remedy."""
     note: bool = False
-    """Whether it is a doubt, and no failure."""
+    """Whether it is a doubt or information, and no failure."""
 
 
 def rounded_down(value: float) -> float:

@@ -15,8 +15,9 @@ import mujoco
 import numpy as np
 
 from magmotor.common.arrays import Array
-from magmotor.dipoles import COINCIDENCE, PERMEABILITY_OVER_4PI
+from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.attraction import nearest_of_dipoles
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.field_strengths import applied_field, variation
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
@@ -148,6 +149,7 @@ def _stiffness(
     factor, k = coupling_factors(model), PERMEABILITY_OVER_4PI
     positions = np.concatenate([magnet.positions for magnet in magnets])
     moments = np.concatenate([magnet.strengths[:, None] * magnet.axes for magnet in magnets])
+    extents = np.concatenate([magnet.extents for magnet in magnets])
     bodies = np.concatenate([magnet.bodies for magnet in magnets])
     welds = model.body_weldid[bodies]
     follows = model.body_dofnum[welds] > 0
@@ -172,7 +174,8 @@ def _stiffness(
             for places, sizes, mirror in sources:
                 scale = k * (mirror * np.ones(len(bodies)) if mirror else factors[body])
                 apart = positions[i] - places
-                distance = np.maximum(np.linalg.norm(apart, axis=1), COINCIDENCE)
+                nearest = nearest_of_dipoles(extents[i], extents)
+                distance = np.maximum(np.linalg.norm(apart, axis=1), nearest)
                 along = (apart * sizes).sum(axis=1) / distance**2
                 others = scale * (welds != magnet.body)  # one's own images turn against one
                 field += others @ (

@@ -178,7 +178,8 @@ def _outcome(
     if deepest == math.inf or not resolved:
         return f"may {apart} if they meet at speed"
     percent = 100 * approach.distance / approach.depth
-    by, unit = ("by", "their radius") if pair.exact else ("by up to", "the depth of a dipole")
+    center = "a magnet's center" if any(each.shaped for each in pair.magnets) else "a dipole"
+    by, unit = ("by", "their radius") if pair.exact else ("by up to", f"the depth of {center}")
     return (
         f"will stick once they touch, but penetrate each other {by} {rest * percent:.2g} % of"
         f" {unit} at rest, and by up to {math.ceil(deepest * percent)} % as they meet"

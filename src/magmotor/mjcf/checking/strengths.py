@@ -1,7 +1,8 @@
 """The magnets of a model, rigid bodies with dipoles or iron, and how strong they can become.
 
-A plane of iron is one more magnet, without dipoles: its partners' images are its dipoles. All
-moments are scaled so that mu0 is that of SI, whatever the units of the model are.
+A plane of iron is one more magnet, without dipoles: its partners' images are its dipoles. A magnet
+by its geom is the dipole in its center; where it touches something, `true_pull.py` has its force.
+All moments are scaled so that mu0 is that of SI, whatever the units of the model are.
 """
 
 import math
@@ -14,11 +15,11 @@ from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.checking.shape_layouts import layouts_of_shapes
 from magmotor.mjcf.declarations import table as of_table
 from magmotor.mjcf.declarations.iron import PLANE
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON, SHAPES
-from magmotor.mjcf.declared import coil_of_sites, rows
+from magmotor.mjcf.declarations.meshes import MESH
+from magmotor.mjcf.declared import coil_of_sites, polarizations, rows
 from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
 from magmotor.mjcf.unit_system import moment_scale
@@ -45,6 +46,9 @@ class Magnet(NamedTuple):
     """Largest moment of iron in A m^2."""
     depths: Array
     """How deep the centers of iron are below their surfaces, in m; zero for dipoles."""
+    extents: Array
+    """Of magnets by their geom, in m: dipoles that are nearer than the mean of two of them attract
+    each other more than the shapes can; zero for others."""
     elements: NDArray[np.int64]
     """Numbers of sites; those of geoms come after all sites."""
     unbounded: int
@@ -53,6 +57,11 @@ class Magnet(NamedTuple):
     """The actuators that drive its dipoles; -1 for those that none drives."""
     images: float = 0.0
     """Strength of the images in a plane of iron, at most 1 in size; 0 for others."""
+
+    @property
+    def shaped(self) -> bool:
+        """Whether it has magnets by their geom."""
+        return bool(self.extents.any())
 
     def name(self, model: mujoco.MjModel, dipole: int = 0) -> str:
         """Return the name of a dipole's body, of what that is fixed to, its site or a geom."""
@@ -82,20 +91,21 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
         moments = moment_scale(model) * model.site_user[:, 0] * drives
     strengths, sites = abs(moments), np.flatnonzero(moments)
     pieces = [*_pieces(model)] if kinds & IRON else []
-    shapes = [*layouts_of_shapes(model, data)] if kinds & SHAPES else []
+    shapes = [*_shapes(model, data)] if kinds & SHAPES else []
     geoms = np.array([geom for geom, *_ in (*shapes, *pieces)], int)
     iron = np.array([(0.0, 0.0, 0.0)] * len(shapes) + [numbers for _, *numbers in pieces])
     iron = iron.reshape(-1, 3)
     none, others = np.zeros(len(geoms)), np.zeros(len(sites))
     bodies = np.concatenate([model.site_bodyid[sites], model.geom_bodyid[geoms]]).astype(int)
-    places = np.array([place for _, place, _ in shapes]).reshape(-1, 3)
+    places = np.array([place for _, place, *_ in shapes]).reshape(-1, 3)
     positions = np.vstack([data.site_xpos[sites], places, data.geom_xpos[geoms[len(shapes) :]]])
     axes = np.sign(moments[sites, np.newaxis]) * data.site_xmat[sites, 2::3]
-    own = np.array([moment for *_, moment in shapes]).reshape(-1, 3)
-    largest = np.linalg.norm(own, axis=1)
+    own = np.array([moment for *_, moment, _ in shapes]).reshape(-1, 3)
+    largest, without = np.linalg.norm(own, axis=1), np.zeros(len(pieces))
     axes = np.vstack([axes, own / largest[:, np.newaxis], np.zeros((len(pieces), 3))])
     coils = np.concatenate([coils[sites], np.full(len(geoms), -1)])
-    strengths = np.concatenate([strengths[sites], largest, np.zeros(len(pieces))])
+    strengths = np.concatenate([strengths[sites], largest, without])
+    extents = np.concatenate([others, [extent for *_, extent in shapes], without])
     elements = np.concatenate([sites, model.nsite + geoms])
     unbounded = np.concatenate([unbounded[sites], none - 1]).astype(int)
     responses, saturations, depths = (np.concatenate([others, column]) for column in iron.T)
@@ -103,12 +113,45 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     return [
         Magnet(
             int(weld), positions[own], axes[own], strengths[own], bodies[own], responses[own],
-            saturations[own], depths[own], elements[own], int(unbounded[own].max()),
+            saturations[own], depths[own], extents[own], elements[own],
+            int(unbounded[own].max()),
             frozenset(coils[own & (elements < model.nsite)].tolist()),
         )
         for weld in np.unique(welds)
         for own in [welds == weld]
     ] + [_plane(model, data, *found) for found in _planes(model, kinds)]  # fmt: skip
+
+
+def _shapes(
+    model: mujoco.MjModel, data: mujoco.MjData
+) -> Iterator[tuple[int, Array, Array, float]]:
+    """Yield the geoms that are magnets, with their centers, moments and extents.
+
+    Two magnets of area A and polarization J attract each other with at most J^2 A/2 mu0, which are
+    dipoles at the distance (3 A t^2/pi)^(1/4) for magnets of thickness t.
+    """
+    scale = moment_scale(model)
+    for geom, polarization in polarizations(model).items():
+        frame, center, turn = data.geom_xmat[geom].reshape(3, 3), np.zeros(3), np.eye(3)
+        if model.geom_type[geom] == MESH:
+            center, volume, turn = _mesh(model, int(model.geom_dataid[geom]))
+        else:
+            volume = ellipsoid(int(model.geom_type[geom]), *model.geom_size[geom])[3]
+        moment = frame @ turn @ polarization * volume / (VACUUM_PERMEABILITY * scale)
+        thickness = 2 * float(model.geom_aabb[geom, 3:].min())
+        extent = (3 * volume * thickness / math.pi) ** 0.25
+        yield geom, data.geom_xpos[geom] + frame @ center, moment, extent
+
+
+def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[Array, float, Array]:
+    """Return the center of a mesh, its volume, and the rotation from the declared frame."""
+    first, start, turn = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh], np.empty(9)
+    faces = model.mesh_face[start : start + model.mesh_facenum[mesh]]
+    corners = model.mesh_vert[first + faces].astype(float)
+    mujoco.mju_quat2Mat(turn, model.mesh_quat[mesh])
+    parts = np.linalg.det(corners) / 6
+    volume = float(parts.sum())
+    return parts @ corners.sum(axis=1) / (4 * volume), volume, turn.reshape(3, 3).T
 
 
 def _drives(
@@ -179,5 +222,6 @@ def _plane(model: mujoco.MjModel, data: mujoco.MjData, geom: int, images: float)
     body, none = model.geom_bodyid[geom], np.zeros(1)
     return Magnet(
         int(model.body_weldid[body]), data.geom_xpos[[geom]], np.zeros((1, 3)), none,
-        np.array([body]), none, none, none, np.array([model.nsite + geom]), -1, frozenset(), images,
+        np.array([body]), none, none, none, none, np.array([model.nsite + geom]), -1, frozenset(),
+        images,
     )  # fmt: skip

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction, attraction_of_images, pull_of
-from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.contact_rule import SUNK, Approach
 from magmotor.mjcf.checking.dipole_depth import Side
-from magmotor.mjcf.checking.stand_off import Stand
+from magmotor.mjcf.checking.stand_off import Stand, frame_of
 from magmotor.mjcf.checking.strengths import Magnet
+from magmotor.mjcf.checking.true_pull import Duo
 
 SURFACE = 0.02
 """Depth, over the distance at touch, at which a dipole counts as one at the surface."""
@@ -38,7 +39,11 @@ class Spacing(NamedTuple):
 
 
 def closest_approach(
-    sides: tuple[Side, Side], apart: Array, factor: Array, masses: tuple[float, float]
+    sides: tuple[Side, Side],
+    apart: Array,
+    factor: Array,
+    masses: tuple[float, float],
+    duo: Duo | None,
 ) -> Approach | None:
     """Return the closest approach of two magnets; None if nothing attracts them.
 
@@ -52,16 +57,24 @@ def closest_approach(
         How strongly they act on one another.
     masses : tuple of float
         The reduced mass that MuJoCo assumes, and that of the bodies alone, in kg.
+    duo : Duo, optional
+        What computes the force, if one of them has magnets by their geom.
     """
     one, other = (side.magnet for side in sides)
+    nearest = np.unravel_index(apart.argmin(), apart.shape)
+    depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
+    depth = float(depths[depths >= SURFACE * depths.sum()].min())
     weight = np.where(apart < np.inf, factor, 0)
     poses = np.stack(np.meshgrid(*(side.distinct for side in sides)), axis=-1).reshape(-1, 2)
     near = apart[tuple(side.dipole[k] for side, k in zip(sides, poses.T, strict=True))]
     poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
     force = gradient = pull = 0.0
     coiled = any(magnet.coils - {-1} for magnet in (one, other))
+    if duo and weight.any():
+        found = [_true_pull(duo, sides, i, j, coiled, depth) for i, j in poses.tolist()]
+        force, gradient = max(found, default=(0.0, 0.0))
     aligned = any(m.responses.any() or len(m.coils) > 1 for m in (one, other))
-    for i, j in poses.tolist() if weight.any() else ():
+    for i, j in poses.tolist() if weight.any() and not duo else ():
         for aside, height, turn, mirrored in _poses(sides, i, j, aligned):
             found = attraction(one, other, np.hypot(height, abs(aside)), weight)
             force, gradient = max((force, gradient), found)
@@ -73,27 +86,32 @@ def closest_approach(
                 pull = max(pull, abs(true) if coiled or mirrored else true)
     if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None  # as for a needle that only turns about its center
-    nearest = np.unravel_index(apart.argmin(), apart.shape)
-    depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
-    depth = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(4 * force / gradient, force, *masses, float(depth), pull=pull or force)
+    return Approach(4 * force / gradient, force, *masses, depth, pull=pull or force)
 
 
 def closest_to_plane(
-    magnet: Magnet, plane: Magnet, found: Stand, level: float, masses: tuple[float, float]
+    magnet: Magnet,
+    plane: Magnet,
+    found: Stand,
+    level: float,
+    masses: tuple[float, float],
+    duo: Duo | None,
 ) -> tuple[Approach | None, int]:
     """Return the closest approach of a magnet to a plane of iron, and its number in `found`.
 
     `level` is the height of what it touches above the plane; see `closest_approach` for the others.
     """
-    forces, gradients = attraction_of_images(magnet, plane.images, found)
+    depths = np.array([found.heights.min() - level, level])
+    depth = float(depths[depths >= SURFACE * depths.sum()].min())
+    if duo:
+        forces, gradients = _true_pulls_of_plane(duo, magnet, plane, found, depth)
+    else:
+        forces, gradients = attraction_of_images(magnet, plane.images, found)
     k = int(forces.argmax())
     force, gradient = float(forces[k]), float(gradients[k])
     if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None, k
-    depths = np.array([found.heights.min() - level, level])
-    depth = depths[depths > SURFACE * depths.sum()].min()
-    return Approach(4 * force / gradient, force, *masses, float(depth), pull=force), k
+    return Approach(4 * force / gradient, force, *masses, depth, pull=force), k
 
 
 def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
@@ -127,3 +145,46 @@ def _poses(
         yield turn * (second if mirrored else second.conj()) - first, height, turn, mirrored
         if alone:
             return
+
+
+def _true_pull(
+    duo: Duo, sides: tuple[Side, Side], i: int, j: int, coiled: bool, depth: float
+) -> tuple[float, float]:
+    """Return the largest force in N with which true shapes pull where planes i and j touch.
+
+    The gradient in N/m is that over the penetration which contacts may allow. With coils, the force
+    may have either sign.
+    """
+    one, other = sides
+    upright, frame = one.frame(i), other.frame(j)
+    first, second = one.dipole[i], other.dipole[j]
+    height, best = one.reach[i] + other.reach[j], (0.0, 0.0)
+    step = SUNK * depth
+    for turn in (1, 1j, -1, -1j):
+        onto = np.array([[turn.real, turn.imag, 0], [turn.imag, -turn.real, 0], [0, 0, -1]])
+        rotation, pulls = upright.T @ onto @ frame, []
+        for gap in (0.0, step):
+            place = one.magnet.positions[first] + (height + gap) * upright[2]
+            shift = place - rotation @ other.magnet.positions[second]
+            pulls.append(float(duo.force(rotation, shift) @ upright[2]))
+        if coiled and pulls[0] < 0:
+            pulls = [-pulls[0], -pulls[1]]
+        best = max(best, (pulls[0], (pulls[0] - pulls[1]) / step))
+    return best
+
+
+def _true_pulls_of_plane(
+    duo: Duo, magnet: Magnet, plane: Magnet, found: Stand, depth: float
+) -> tuple[Array, Array]:
+    """Return the forces and gradients of `attraction_of_images` for magnets by their geom."""
+    pulls = np.zeros((2, len(found.directions)))
+    first, point, step = magnet.positions[0], plane.positions[0], SUNK * max(depth, COINCIDENCE)
+    for k, (direction, heights) in enumerate(zip(found.directions, found.heights, strict=True)):
+        if heights.min() < COINCIDENCE:
+            continue
+        for n, gap in enumerate((0.0, step)):
+            rotation = frame_of(-direction).T @ frame_of(duo.normal)
+            place = first + (heights[0] + gap) * direction
+            force = duo.force(rotation, place - rotation @ point)
+            pulls[n, k] = np.nan_to_num(force @ direction)
+    return pulls[0], (pulls[0] - pulls[1]) / step

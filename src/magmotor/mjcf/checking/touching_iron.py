@@ -7,12 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.mjcf import declared, layout, memory
+from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.close_iron import WEAK
 from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.declarations.reader import table_of
 from magmotor.mjcf.declarations.table import PIECES
-from magmotor.mjcf.forces.iron_unions import COLUMNS, PIECE, WORDS, find_unions
+from magmotor.mjcf.forces import responses
+from magmotor.mjcf.forces.iron_unions import (
+    COLUMNS,
+    PIECE,
+    RESPONSE,
+    WORDS,
+    find_responses,
+    find_unions,
+)
 from magmotor.mjcf.lookup import label
 from magmotor.numerics.compiled_once import compiled_once
 
@@ -22,7 +31,7 @@ def touching_pieces(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Fai
     rows = declared.rows(model, PIECES)
     if len(rows) < 2:
         return
-    geoms, welds, piece = rows.geom.tolist(), rows.weld, pieces_of(model, len(rows))
+    geoms, welds, piece = rows.geom.tolist(), rows.weld, unions_of(model, len(rows))[0]
     strong = np.array([declared.iron(model)[geom] >= WEAK for geom in geoms], bool)
     for k in np.flatnonzero(strong).tolist():
         geom, apart = geoms[k], (welds[:k] == welds[k]) & (piece[:k] != piece[k])
@@ -40,20 +49,27 @@ def touching_pieces(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Fai
                 break
 
 
-def pieces_of(model: mujoco.MjModel, count: int) -> NDArray[np.int64]:
-    """Return, for each of some declared geoms of iron, the first one of its piece."""
+def unions_of(model: mujoco.MjModel, count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return, for each of some declared geoms of iron, the first one of its piece; and addresses.
+
+    Those are of the responses of pieces, and -1 for the other geoms of a piece.
+    """
     room = np.empty(WORDS * (count + 1))
+    acting_forces(model)  # binds what compiled code calls
+    responses.bind()
     _find(layout.current())(model._address, room.ctypes.data, count)
-    return room[: COLUMNS * count].reshape(count, COLUMNS)[:, PIECE].astype(np.int64)
+    found = room[: COLUMNS * count].reshape(count, COLUMNS)[:, [PIECE, RESPONSE]].astype(np.int64)
+    return found[:, 0], found[:, 1]
 
 
 @compiled_once()
 def _find(checksum: int, offsets: layout.Layout):
-    """Define the function that finds which geoms of iron are one piece."""
+    """Define the function that finds which geoms of iron are one piece, and their responses."""
 
     def find(model, room, count):
         _ = checksum
         m = memory.words(model, memory.UNBOUNDED)
-        find_unions(room, count, table_of(model, False), m, offsets)
+        table = table_of(model, False)
+        find_responses(find_unions(room, count, table, m, offsets), table, m, offsets)
 
     return find

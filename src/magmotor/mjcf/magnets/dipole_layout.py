@@ -79,11 +79,6 @@ def smallest_layout(
     )
 
 
-def contact_layout(body: Cuboid | Tube, direction: tuple[float, float, float]) -> Cloud:
-    """Return the layout whose forces where magnets touch are best, within about a half."""
-    return smallest_layout(body, direction, 0.5, _contact_gap(body))
-
-
 @lru_cache(maxsize=256)
 def _smallest_layout(
     body: Cuboid | Tube, direction: tuple[float, float, float], error: float, gap: float
