@@ -72,7 +72,7 @@ def _of_tuple(tuples: str, rules: dict[int, str]) -> Forms:
     }
 
 
-def _of_dipole(*sentences: str) -> Forms:
+def _of_dipole(*sentences: str) -> dict[int, str]:
     """Return sentences about a dipole, each for a site and then for a geom, a magnet or iron."""
     kinds = "dipole site {number} {name}", "geom {number} {name}"
     both = [sentence.replace("{dipole}", kind) for sentence in sentences for kind in kinds]
