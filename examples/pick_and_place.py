@@ -144,7 +144,7 @@ def trace(axes: Axes, motion: xr.Dataset, name: str, color: str, label: str | No
 
 def draw(model: mujoco.MjModel, carried: xr.Dataset, thrown: xr.Dataset) -> Figure:
     """Draw three views, the run over time, and the moment of touch with both contacts."""
-    figure = Figure(figsize=(14, 8), layout="constrained")
+    figure = Figure(figsize=(13, 7.5), layout="constrained")
     axes = figure.subplot_mosaic("AAAABBBBCCCC;DDDEEEFFFGGG", height_ratios=(1.35, 1))
     shown = carried.sel(time=SHOWN, method="nearest")
     scenes = views(model, shown.qpos, "scene", 600, 760)
@@ -163,7 +163,7 @@ def draw(model: mujoco.MjModel, carried: xr.Dataset, thrown: xr.Dataset) -> Figu
     axes["D"].set(ylabel="height (mm)", ylim=(0, 420))
     trace(axes["E"], carried, "force", ORANGE, "magnetic force (N)")
     trace(axes["E"], carried, "current", GREEN, "current / largest current")
-    axes["E"].set(ylim=(-0.2, 6.5))
+    axes["E"].set(ylim=(-0.2, 11))
     trace(axes["F"], carried, "gap", BLUE, "gap of magnet and pellet")
     bound = 0.05 * radius
     axes["F"].axhspan(-bound, bound, color=GREEN, alpha=0.25, label="5 % of the radius")

@@ -40,7 +40,8 @@ def save(figure: Figure, path: Path) -> None:
     """Write a picture, whose suffix sets the format, as .png if its name has none."""
     path = path if path.suffix else path.with_name(f"{path.name}.png")
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=80)
+    smaller = {"pil_kwargs": {"optimize": True}} if path.suffix == ".png" else {}
+    figure.savefig(path, dpi=80, **smaller)
     print(f"wrote {path}")
 
 

@@ -256,7 +256,7 @@ def test_the_arm_picks_up_carries_and_lets_go(arm):
     module, model, run, _ = arm
     radius = model.geom("pellet").size[0]
     held = run.sel(time=slice(*module.HELD))
-    assert -0.05 < held.gap.min() / radius < 0  # -0.029
+    assert -0.05 < held.gap.min() / radius < 0  # -0.017
     assert held.gap.max() < 0
     assert np.ptp(held.gap.values) < 1e-3 * radius  # 9e-5: it stays where it is
     before, after = run.sel(time=slice(None, 2)), run.sel(time=slice(8.3, None))
@@ -286,7 +286,7 @@ def test_the_pellet_is_held_by_the_force_of_a_dipole_on_an_iron_sphere(arm):
 
 def test_with_default_contacts_the_pellet_is_thrown(arm):
     module, model, _, thrown = arm
-    assert thrown.speed[-1] > 10  # 726 m/s, which rounding changes
+    assert thrown.speed[-1] > 10  # 436 m/s, which rounding changes
     assert 2.05 < thrown.time[-1] < 2.15
     assert mm.check(module.load(), fix=True).findings
     assert not mm.check(model, module.start(model)).findings
