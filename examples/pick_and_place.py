@@ -144,7 +144,7 @@ def trace(axes: Axes, motion: xr.Dataset, name: str, color: str, label: str | No
 
 def draw(model: mujoco.MjModel, carried: xr.Dataset, thrown: xr.Dataset) -> Figure:
     """Draw three views, the run over time, and the moment of touch with both contacts."""
-    figure = Figure(figsize=(13, 7.5), layout="constrained")
+    figure = Figure(figsize=(12.6, 7.2), layout="constrained")
     axes = figure.subplot_mosaic("AAAABBBBCCCC;DDDEEEFFFGGG", height_ratios=(1.35, 1))
     shown = carried.sel(time=SHOWN, method="nearest")
     scenes = views(model, shown.qpos, "scene", 600, 760)

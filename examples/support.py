@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import tyro
@@ -40,7 +41,7 @@ def save(figure: Figure, path: Path) -> None:
     """Write a picture, whose suffix sets the format, as .png if its name has none."""
     path = path if path.suffix else path.with_name(f"{path.name}.png")
     path.parent.mkdir(parents=True, exist_ok=True)
-    smaller = {"pil_kwargs": {"optimize": True}} if path.suffix == ".png" else {}
+    smaller: Any = {"pil_kwargs": {"optimize": True}} if path.suffix == ".png" else {}
     figure.savefig(path, dpi=80, **smaller)
     print(f"wrote {path}")
 
