@@ -86,6 +86,7 @@ def _observe_model() -> None:
     callbacks.prepare(model._address, data._address, 0)
     mm.field(model, data, np.array([[0.0, 0.0, 0.1]]))
     mm.magnetic_energy(model, data)
+    mm.check(model, data)
 
 
 def _sample_model() -> None:

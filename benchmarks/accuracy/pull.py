@@ -10,7 +10,7 @@ Run `python benchmarks/accuracy/pull.py`; the table is that of `docs/pull_forces
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,6 +21,7 @@ import numpy as np
 
 import magmotor as mm
 from benchmarks.accuracy.pull_exact import pull_of_twin, pull_on_steel
+from benchmarks.harness.command_line import Parser
 from benchmarks.harness.tables import table
 
 SUSCEPTIBILITY, SATURATION = 1000.0, 2.1 / (4e-7 * math.pi)
@@ -222,5 +223,21 @@ def _digits(force: float) -> str:
     return f"{force:#.3g}".rstrip(".")
 
 
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the program."""
+    parser = Parser(prog="pull.py", description=__doc__)
+    parser.add_argument(
+        "--elements", action="store_true", help="print the finite elements' forces (needs NGSolve)"
+    )
+    if not parser.parse_args(arguments).elements:
+        print(table(COLUMNS, map(row, CASES)))
+        return
+    try:
+        from benchmarks.accuracy.pull_elements import show
+    except ImportError as error:
+        parser.error(f"{error}: install ngsolve 6.2")
+    show()
+
+
 if __name__ == "__main__":
-    print(table(COLUMNS, map(row, CASES)))
+    main()

@@ -8,7 +8,7 @@ with the gradient of a function that falls from 1 on what is pulled to 0 on the 
 size of elements, the forces change by 1e-4 or, of the pot, by 6e-4; with other orders and twice the
 air, by 1e-4.
 
-Run `python benchmarks/accuracy/pull_elements.py` where NGSolve 6.2 is installed.
+`python benchmarks/accuracy/pull.py --elements` prints its forces where NGSolve 6.2 is installed.
 """
 # pyright: reportMissingImports=false
 
@@ -124,7 +124,8 @@ def pull(disk, remanence, gap, steel, cup=(), recoil=1.0):
     return Integrate(around, mesh, VOL, order=2 * ORDER + 2, definedon=mesh.Materials("air"))
 
 
-if __name__ == "__main__":
+def show() -> None:
+    """Print the forces on sheets, on thick steel with the recoil of magnets, and of a pot."""
     small, large, in_pot = (0.005, 0.003), (0.01, 0.005), (0.008, 0.0045)
     pot = [(0, 0.01, 0.0045, 0.006), (0.0085, 0.01, 0, 0.0045)]
     for disk, steel in ((small, 0.001), (small, 0.0005), (large, 0.002), (large, 0.001)):

@@ -390,8 +390,8 @@ def test_examples_are_listed_shown_and_run(run, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("arguments", "line"), [
     ("play", "magmotor examples: verb = 'play': must be one of list, show, run, copy"),
-    ("run", "magmotor examples: name = '': must be one of compass_needles"),
-    ("run support", "magmotor examples: name = 'support': must be one of compass_needles"),
+    ("run", "magmotor examples: name = '': must be one of climbing_robot"),
+    ("run support", "magmotor examples: name = 'support': must be one of climbing_robot"),
 ])  # fmt: skip
 def test_an_unknown_example_is_named_in_one_line(run, arguments, line):
     code, out, err = run("examples", *arguments.split())

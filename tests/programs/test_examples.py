@@ -376,7 +376,7 @@ def test_strong_wheels_pass_the_edges_and_weak_ones_fall(robot):
     front = strong.normal.sel(wheel=["front left", "front right"]).mean("wheel")
     at_edge = front.sel(time=slice(0.2, 0.8)).min()
     assert at_edge < 0.3 * front.sel(time=side).mean()  # 0.10
-    assert weak.time[-1] < 0.5 < middle.time[-1] < 1.5  # 0.24, 0.90 s
+    assert weak.time[-1] < 0.5 < middle.time[-1] < 2.0  # 0.24, 1.66 s
     pulls = [module.pull(module.load(value)) for value in module.MAGNETS.values()]
     needed = module.needed(module.load())
     assert pulls[2] < needed < pulls[1]  # 4.2, 7.4, 11.1 N
