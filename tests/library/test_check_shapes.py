@@ -213,7 +213,7 @@ def test_how_magnets_and_iron_are_described():
         (
             "geom 'block' is iron: 144 nodes about 0.0082 m apart, for about 4 us per step; in"
             " contact with magnets, forces are right to 1 % on a face, but to 20 % beyond its"
-            " edges, for about 60 us each"
+            " edges, for about 20 us each"
         ),
     ]
 
@@ -243,7 +243,7 @@ def test_iron_close_to_iron_is_described():
     text = ball.format("block") + ball.format("b").replace("0 0 0", "0 0 .05")
     (note,) = notes_of(load(text, tuples, mark=""))
     assert "(and 1 more like it) is iron: 118 nodes" in note
-    assert note.endswith("; close to other iron, forces are too weak, for about 1000 us each")
+    assert note.endswith("; close to other iron, forces are too weak, for about 200 us each")
 
 
 def response_of_ball(radius):

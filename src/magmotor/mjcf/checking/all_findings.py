@@ -11,7 +11,6 @@ from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.field_strengths import unbounded_drives
 from magmotor.mjcf.checking.frequencies import frequencies
-from magmotor.mjcf.checking.methods import methods
 from magmotor.mjcf.checking.motion_findings import (
     far_magnets,
     fast_joints,
@@ -22,6 +21,7 @@ from magmotor.mjcf.checking.motion_findings import (
 )
 from magmotor.mjcf.checking.overlaps import overlaps
 from magmotor.mjcf.checking.pair_findings import failures_of_pair
+from magmotor.mjcf.checking.shape_notes import shape_notes
 from magmotor.mjcf.checking.strengths import magnets_of
 from magmotor.mjcf.checking.touching_iron import touching_pieces
 from magmotor.mjcf.declared import with_kind
@@ -53,7 +53,7 @@ def failures(
     yield from unkept_spins(model, state)
     yield from _noise(description)
     if description.acting:
-        yield from methods(model, state, pairs)
+        yield from shape_notes(model, state, pairs)
         yield from _doubts(model, state, description, now)
 
 

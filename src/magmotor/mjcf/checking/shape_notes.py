@@ -38,12 +38,14 @@ TOUCHING = {
 """Error in percent of the force on a magnet that touches one like it, and the time in us for such a
 pair; for a mesh, the time for each of its faces."""
 
-QUADRATIC, FACING, TOGETHER = 2e-4, 60, 1000
+QUADRATIC, FACING, TOGETHER = 2e-4, 20, 200
 """Time in us of a piece of iron over its number of nodes squared; for each magnet that touches it;
 and for each other piece that it magnetizes."""
 
 
-def methods(model: mujoco.MjModel, state: mujoco.MjData, pairs: list[Meeting]) -> Iterator[Failure]:
+def shape_notes(
+    model: mujoco.MjModel, state: mujoco.MjData, pairs: list[Meeting]
+) -> Iterator[Failure]:
     """Yield a note for each magnet by its geom, and for each piece of iron; like ones are alike.
 
     `pairs` tells what can touch what.
