@@ -196,6 +196,20 @@ def test_magnets_of_one_body_may_overlap():
     assert not overlaps_of(load(ring + free(DISK.format("other"), "0 0 .05")))
 
 
+@pytest.mark.parametrize(("height", "count"), [(0.0, 1), (0.0085, 0)])
+def test_a_dipole_in_iron(height, count):
+    """As of a coil that is meant to have a core; one just below the surface may have sunk in."""
+    coil = f'<site name="coil" pos="0 0 {height}" user="1"/>'
+    other = free('<geom size=".002"/><site user="1"/>', "0 0 .1")
+    found = [each for each in mm.check(load(BLOCK + coil + other)).findings if "shields" in each]
+    assert len(found) == count
+    for each in found:
+        assert each == (
+            "site 'coil' is in the iron of geom 'block' at the start: iron shields a dipole in it;"
+            " for a coil with a core, give the dipole the moment of both, without that iron"
+        )
+
+
 def notes_of(model):
     return [each for each in mm.check(model).notes if each.startswith("geom")]
 

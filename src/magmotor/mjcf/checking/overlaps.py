@@ -9,6 +9,7 @@ import numpy as np
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.contact_rule import SUNK
+from magmotor.mjcf.checking.depth import depth_and_normal
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.geoms import bounding_radii
 from magmotor.mjcf.checking.strengths import magnets_of
@@ -21,6 +22,7 @@ ALLOWED = 0.1
 
 def overlaps(model: mujoco.MjModel, state: mujoco.MjData, where: str) -> Iterator[Failure]:
     """Yield geoms of magnets or iron that overlap in a state, which a sentence names by `where`."""
+    yield from _in_iron(model, state, where)
     said = set()
     for failure, pair in _of_true_shapes(model, state, where):
         said.add(pair)
@@ -76,6 +78,27 @@ def _of_true_shapes(
                 ),
                 frozenset(pair),
             )
+
+
+def _in_iron(model: mujoco.MjModel, state: mujoco.MjData, where: str) -> Iterator[Failure]:
+    """Yield dipole sites that are deep in iron, such as a coil that is meant to have a core."""
+    if not acting_forces(model) & IRON:
+        return
+    found = magnets_of(model, state)
+    elements = np.concatenate([magnet.elements for magnet in found])
+    places = np.concatenate([magnet.positions for magnet in found])
+    dipoles = np.concatenate([magnet.strengths > 0 for magnet in found]) & (elements < model.nsite)
+    for geom, value in declared.iron(model).items():
+        if value and model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE:
+            depth, _ = depth_and_normal(model, state, geom, places[dipoles])
+            allowed = ALLOWED * 2 * float(model.geom_aabb[geom, 3:].min())
+            for site in elements[dipoles][depth > allowed].tolist():
+                yield Failure(
+                    label(model, "site", site),
+                    f"is in the iron of {label(model, 'geom', geom)} {where}: iron shields a dipole"
+                    " in it; for a coil with a core, give the dipole the moment of both, without"
+                    " that iron",
+                )
 
 
 def _names(model: mujoco.MjModel, geoms: list[int]) -> str:
