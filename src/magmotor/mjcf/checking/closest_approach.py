@@ -146,8 +146,9 @@ def _meeting(
     approach = linked = None
     if not len(possible):
         held = np.full_like(held, np.inf)
-    duo = duo_of(model, data, magnets)
-    if standing and (held < np.inf).any():
+    may_touch = (held < np.inf).any()
+    duo = duo_of(model, data, magnets) if may_touch else None
+    if standing and may_touch:
         approach, k = closest_to_plane(one, other, standing, level, masses, duo)
         approach = approach and approach._replace(
             contacts=contacts_that_share(
@@ -155,7 +156,7 @@ def _meeting(
                 touching,
             )
         )  # fmt: skip
-    elif (held < np.inf).any():
+    elif may_touch:
         approach = closest_approach(sides, held, factor, masses, duo)
     spacing = coarsest(sides, held) if approach else None
     kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)

@@ -12,7 +12,7 @@ from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.depth import depth_and_normal
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.geoms import bounding_radii
-from magmotor.mjcf.checking.strengths import magnets_of
+from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.declarations.marks import IRON, SHAPES
 from magmotor.mjcf.lookup import label
 
@@ -22,12 +22,12 @@ ALLOWED = 0.1
 
 def overlaps(model: mujoco.MjModel, state: mujoco.MjData, where: str) -> Iterator[Failure]:
     """Yield geoms of magnets or iron that overlap in a state, which a sentence names by `where`."""
-    yield from _in_iron(model, state, where)
+    magnets = magnets_of(model, state)
+    yield from _in_iron(model, state, magnets, where)
     said = set()
     for failure, pair in _of_true_shapes(model, state, where):
         said.add(pair)
         yield failure
-    magnets = magnets_of(model, state)
     bodies = [magnet.body for magnet in magnets if not magnet.images]
     planes = [magnet.elements[0] - model.nsite for magnet in magnets if magnet.images]
     welds = model.body_weldid[model.geom_bodyid]
@@ -80,14 +80,16 @@ def _of_true_shapes(
             )
 
 
-def _in_iron(model: mujoco.MjModel, state: mujoco.MjData, where: str) -> Iterator[Failure]:
+def _in_iron(
+    model: mujoco.MjModel, state: mujoco.MjData, magnets: list[Magnet], where: str
+) -> Iterator[Failure]:
     """Yield dipole sites that are deep in iron, such as a coil that is meant to have a core."""
     if not acting_forces(model) & IRON:
         return
-    found = magnets_of(model, state)
-    elements = np.concatenate([magnet.elements for magnet in found])
-    places = np.concatenate([magnet.positions for magnet in found])
-    dipoles = np.concatenate([magnet.strengths > 0 for magnet in found]) & (elements < model.nsite)
+    elements = np.concatenate([magnet.elements for magnet in magnets])
+    places = np.concatenate([magnet.positions for magnet in magnets])
+    strengths = np.concatenate([magnet.strengths for magnet in magnets])
+    dipoles = (strengths > 0) & (elements < model.nsite)
     for geom, value in declared.iron(model).items():
         if value and model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_PLANE:
             depth, _ = depth_and_normal(model, state, geom, places[dipoles])

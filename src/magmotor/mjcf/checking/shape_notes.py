@@ -16,6 +16,7 @@ from magmotor.mjcf.checking.closest_approach import Meeting
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.touching_iron import unions_of
+from magmotor.mjcf.checking.true_pull import TYPES
 from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, ELLIPSOID, PLANE, SPHERE
 from magmotor.mjcf.declarations.marks import IRON, SHAPES
 from magmotor.mjcf.declarations.meshes import MESH, MOST_FACES
@@ -89,8 +90,7 @@ def _magnet(model: mujoco.MjModel, geom: int, others: list[Magnet]) -> str:
     if kind == MESH:
         faces = int(model.mesh_facenum[model.geom_dataid[geom]])
         points, time = f"{faces} faces with up to {MOST_FACES} charges", time * faces
-    name = mujoco.mjtGeom(kind).name[len("mjGEOM_") :].lower()
-    said = f"is a magnet, a {name}: {points} where it is near, else a dipole"
+    said = f"is a magnet, a {TYPES[kind]}: {points} where it is near, else a dipole"
     if any(other.shaped or other.images for other in others):
         said += (
             f"; in contact, forces are right to {error:g} %, for about {time} us per pair and step"

@@ -19,6 +19,7 @@ from magmotor.mjcf.unit_system import declares_units, magnetic_constant, moment_
 
 TYPES = {int(kind): name[len("mjGEOM_") :].lower()
          for name, kind in mujoco.mjtGeom.__members__.items()}  # fmt: skip
+"""Names of the types of geoms, as in MJCF."""
 
 MODEL = """
 <mujoco>

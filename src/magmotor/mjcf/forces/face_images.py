@@ -97,10 +97,10 @@ def lift_of_shape(piece, shape):
 
 @subroutine
 def _lift_from(piece, shape, place, face):
-    """Return the lift from a face along its axis, and the derivatives."""
+    """Return the lift from a face along its axis, the derivatives, and the lowest point."""
     nx, ny, nz = _normal(piece, face)
-    extent = reach_towards(shape, -nx, -ny, -nz)[0]
-    return lift(face, place, extent, shape[RADIUS], thickness_of(shape))
+    extent, x, y, z = reach_towards(shape, -nx, -ny, -nz)
+    return (*lift(face, place, extent, shape[RADIUS], thickness_of(shape)), x, y, z)
 
 
 @subroutine
@@ -430,14 +430,12 @@ def with_images(piece, shape, wrench, room):
     first = 0
     while first < len(faces):
         face = face_from(faces, first)
-        height, by_height, by_one, by_two = _lift_from(piece, shape, place, face)
+        height, by_height, by_one, by_two, dx, dy, dz = _lift_from(piece, shape, place, face)
         if height != 0.0:
             axis = int(face[0, AXIS])
             one, two = (axis + 1) % 3, (axis + 2) % 3
             push = gx if axis == 0 else (gy if axis == 1 else gz)
             along, u, v = push * by_height, push * by_one, push * by_two
-            nx, ny, nz = _normal(piece, face)
-            _, dx, dy, dz = reach_towards(shape, -nx, -ny, -nz)
             arm = to_piece(piece, dx, dy, dz)
             fx += _component(axis, 0, along, u, v)
             fy += _component(axis, 1, along, u, v)

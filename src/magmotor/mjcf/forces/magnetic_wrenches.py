@@ -119,7 +119,8 @@ def _add_field_wrenches(state, m, offsets, center, applied):
                 for point in range(count):
                     target = dipole_at(state, i, point, count)
                     total = _in_field(row, target, m, offsets)
-                    if not math.isfinite(total[0] + total[1] + total[2] + total[3]):
+                    fx, fy, fz, bx, by, bz, _ = total
+                    if not math.isfinite(fx + fy + fz + bx + by + bz):
                         return acting, (OUTSIDE, int(table[ELEMENT, i]), int(row[NAME]))
                     if moves:
                         add_wrench(body, 1.0, target, total, center, applied)

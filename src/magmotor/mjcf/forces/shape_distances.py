@@ -121,9 +121,9 @@ def reach_towards(row, x, y, z):
         (u, du), (v, dv), (w, dw) = _evenly(x), _evenly(y), _evenly(z)
         return (a * u + b * v + c * w, *in_world(row, a * du, b * dv, c * dw))
     if kind == CYLINDER:
-        u, du = _evenly(math.sqrt(x * x + y * y))
-        w, dw = _evenly(z)
-        across = a * (du if x == 0.0 and y == 0.0 else du / math.sqrt(x * x + y * y))
+        radial = math.sqrt(x * x + y * y)
+        (u, du), (w, dw) = _evenly(radial), _evenly(z)
+        across = a * du / radial if radial > 0.0 else 0.0
         return (a * u + b * w, *in_world(row, across * x, across * y, b * dw))
     if kind == CAPSULE:
         w, dw = _evenly(z)
