@@ -16,7 +16,15 @@ from magmotor.mjcf.forces.iron_pieces import POSITION as POSITION_OF_PIECE
 from magmotor.mjcf.forces.iron_pieces import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
-from magmotor.mjcf.forces.shaped_magnets import GEOM, MOMENT, POSITION
+from magmotor.mjcf.forces.shaped_magnets import (
+    GEOM,
+    KIND,
+    MOMENT,
+    POINT,
+    POSITION,
+    RADIUS,
+    SPREAD,
+)
 from magmotor.mjcf.forces.shaped_magnets import MOVES as MOVES_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
 from magmotor.numerics.constants import COUNT
@@ -150,6 +158,27 @@ def _add_shape(table, end, magnet, shape, nsite):
     table[LABEL, end], table[ELEMENT, end] = shape[WELD_OF_SHAPE], nsite + shape[GEOM]
     table[FIRST, magnet], table[SIZE, magnet] = end, 1
     table[BODY, magnet], table[MOVES, magnet] = shape[BODY_OF_SHAPE], shape[MOVES_OF_SHAPE]
+
+
+@subroutine
+def read_points(rows, table, number):
+    """Write a row as of `shaped_magnets.py` for each dipole of the first magnets; return how many.
+
+    The number is that of magnets.
+    """
+    count = 0
+    for k in range(number):
+        first = int(table[FIRST, k])
+        for i in range(first, first + int(table[SIZE, k])):
+            row = rows[count]
+            row[GEOM] = row[KIND] = POINT
+            row[RADIUS] = row[SPREAD] = 0.0
+            row[BODY_OF_SHAPE], row[WELD_OF_SHAPE] = table[BODY, k], table[LABEL, i]
+            row[MOVES_OF_SHAPE] = table[MOVES, k]
+            for axis in range(3):
+                row[POSITION + axis], row[MOMENT + axis] = table[axis, i], table[3 + axis, i]
+            count += 1
+    return count
 
 
 @subroutine

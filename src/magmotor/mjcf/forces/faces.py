@@ -13,23 +13,28 @@ from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.iron_pieces import RESPONSE
 from magmotor.numerics.deferred import subroutine
 
-AXIS, SIDE, HEIGHT, CENTER, HALF, APART, COLUMNS = 0, 1, 2, 3, 5, 7, 8
+AXIS, SIDE, HEIGHT, CENTER, HALF, APART, DEPTH, COLUMNS = 0, 1, 2, 3, 5, 7, 8, 9
 """Columns of a rectangle: the axis of its normal, and the sign of that; its height along the
 normal; its center, and half of its edges, along the two next axes; the mean distance of its nodes;
-and how many columns there are. A disk has a radius and 0 instead of the edges."""
+the least distance from an opposite face; and how many columns there are. A disk has a radius and 0
+instead of the edges."""
 
 POINT, WIDE, WIDTH = 1.4, 0.35, 1.5
-"""Heights that nodes resolve, over their distance: of a dipole, and of a magnet whose radius is
-`WIDTH` of it, since the field of a small magnet varies more."""
+"""Heights that nodes resolve, over their distance: of a dipole, and of a wide magnet; half of its
+width is about `WIDTH` of it or more. The field of a small magnet varies more."""
 
 SOFT = 0.25
 """Half of the interval of heights in which the lift begins, over the height that nodes resolve."""
+
+REACH = 1.0 + POINT * (1.0 + SOFT)
+"""Distance from a face beyond which no magnet is lifted, apart from its own size, over that of
+nodes."""
 
 SUNK = 0.25
 """How far a magnet may sink into a face that it is above, over its thickness."""
 
 EDGE = 0.5
-"""Width in which the image ends at an edge, over the distance of nodes."""
+"""Width in which images end at an edge, over the distance of nodes."""
 
 
 @subroutine
@@ -113,27 +118,108 @@ def _above(face, place, width):
 
 
 @subroutine
-def lift(face, place, extent, radius, thickness):
+def lift(face, place, size, extent, width):
     """Return how far a magnet is lifted along an axis, and the derivatives of that.
 
-    The magnet has its center at `place`, reaches `extent` towards the face, and has a `radius` and,
-    at its thinnest, a `thickness`; they are 0 for a dipole. The derivatives are by its height, and
-    by the places of its center along the two next axes. A magnet that reaches below the plane of a
-    face, by more than contacts let it sink in, is beside the face.
+    The magnet has its center at `place`, a radius and, at its thinnest, a thickness, both of which
+    are 0 for a dipole. It reaches `extent` towards the face, and has half a `width` along it. The
+    derivatives are by its height, by the places of its center along the two next axes, and by
+    its width. A magnet that reaches below the plane of a face, by more than contacts let it sink
+    in, is beside the face.
     """
-    side, distance = face[0, SIDE], distance_of_nodes(face)
-    resolved = POINT * distance - (POINT - WIDE) * min(distance, radius / WIDTH)
-    gap = side * place[int(face[0, AXIS])] - face[0, HEIGHT] - extent
+    radius, thickness = size
+    distance = distance_of_nodes(face)
+    resolved, by_width = _resolved_height(distance, width)
+    gap = face[0, SIDE] * place[int(face[0, AXIS])] - face[0, HEIGHT] - extent
     half = SOFT * resolved
     short = resolved + half - gap
-    sunk = SUNK * (thickness if thickness > 0.0 else distance)
+    sunk = SUNK * thickness if thickness > 0.0 else SUNK * min(distance, face[0, DEPTH])
     above, by_gap = step(1.0 + gap / sunk)
     if short <= 0.0 or above == 0.0:
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     inside, by_one, by_two = _above(face, place, radius if radius > 0.0 else distance)
-    height, slope = short - half, 1.0
+    height, slope, by_resolved = short - half, 1.0, 1.0
     if short < 2.0 * half:
-        height, slope = short * short / (4.0 * half), short / (2.0 * half)
+        ratio = short / (2.0 * half)
+        height, slope, by_resolved = ratio * ratio * half, ratio, ratio + SOFT * ratio * (1 - ratio)
     by_height = inside * (by_gap * height / sunk - above * slope)
-    height *= side * above
-    return inside * height, by_height, by_one * height, by_two * height
+    scale = face[0, SIDE] * above
+    height *= scale
+    by_width *= scale * inside * by_resolved
+    return inside * height, by_height, by_one * height, by_two * height, by_width
+
+
+@subroutine
+def _resolved_height(distance, width):
+    """Return the height that nodes at a distance resolve for a magnet of a width, and its slope."""
+    ratio = width / (WIDTH * distance)
+    square = ratio * ratio
+    root = math.sqrt(math.sqrt(1.0 + square * square))
+    height = POINT * distance - (POINT - WIDE) * distance * ratio / root
+    return height, (WIDE - POINT) / (WIDTH * root * (1.0 + square * square))
+
+
+@subroutine
+def weight_on(face, place):
+    """Return the weight of a charge above a face, and its gradient.
+
+    It is 1 above the face, also slightly below its plane, and 0 beside it and deeper.
+    """
+    width = EDGE * distance_of_nodes(face)
+    weight, by_one, by_two = 0.0, 0.0, 0.0
+    for number in range(len(face)):
+        u, du, dv = window(face[number], place, 0.5, width)
+        weight, by_one, by_two = weight + u, by_one + du, by_two + dv
+    above, slope = in_front(face, place)
+    axis = int(face[0, AXIS])
+    along, by_one, by_two = weight * slope, above * by_one, above * by_two
+    return (
+        above * weight, component(axis, 0, along, by_one, by_two),
+        component(axis, 1, along, by_one, by_two), component(axis, 2, along, by_one, by_two),
+    )  # fmt: skip
+
+
+@subroutine
+def may_be_above(face, place, radius):
+    """Whether anything within a radius of a place may have a weight above a face."""
+    axis, margin = int(face[0, AXIS]), radius + EDGE * distance_of_nodes(face)
+    if face[0, SIDE] * place[axis] - face[0, HEIGHT] < -margin:
+        return False
+    found = False
+    for k in range(len(face)):
+        half, other = face[k, HALF], face[k, HALF + 1]
+        other = other if other > 0.0 else half
+        b = abs(place[(axis + 1) % 3] - face[k, CENTER])
+        c = abs(place[(axis + 2) % 3] - face[k, CENTER + 1])
+        found = found or (b < half + margin and c < other + margin)
+    return found
+
+
+@subroutine
+def in_front(face, place):
+    """Return what is 1 in front of the plane of a face and 0 behind it, and its derivative.
+
+    It is 0 on the other side of a thin sheet.
+    """
+    width, side = 0.5 * EDGE * min(distance_of_nodes(face), face[0, DEPTH]), face[0, SIDE]
+    height = side * place[int(face[0, AXIS])] - face[0, HEIGHT]
+    above, slope = step(2.0 + height / width)
+    return above, side * slope / width
+
+
+@subroutine
+def component(axis, k, along, one, two):
+    """Return component k of a vector given along an axis and the two next ones."""
+    if k == axis:
+        return along
+    return one if k == (axis + 1) % 3 else two
+
+
+@subroutine
+def rises_above(face, other):
+    """Whether a rectangle of a face is in front of the plane of another one."""
+    axis = int(other[0, AXIS])
+    after, found = (axis - int(face[0, AXIS]) - 1) % 3, False
+    for k in range(len(face) if after < 2 else 0):
+        found = found or other[0, SIDE] * face[k, CENTER + after] > other[0, HEIGHT]
+    return found

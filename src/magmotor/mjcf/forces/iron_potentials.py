@@ -9,8 +9,7 @@ from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import GRADIENT
 from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
-from magmotor.mjcf.forces.dipole_table import ELEMENT, FIRST, SIZE, dipole
-from magmotor.mjcf.forces.face_images import lift_of_dipole, lift_of_shape, to_world
+from magmotor.mjcf.forces.dipole_table import ELEMENT
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     EXTENT,
@@ -19,14 +18,12 @@ from magmotor.mjcf.forces.iron_pieces import (
     nodes_of,
     reflected_center,
 )
+from magmotor.mjcf.forces.lifts import is_lifted, set_lifts, to_world
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above, mirrored
 from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squared_distance
-from magmotor.mjcf.forces.shape_fields import set_continued_potentials
-from magmotor.mjcf.forces.shaped_magnets import SPREAD, dipole_of, in_frame
+from magmotor.mjcf.forces.shape_fields import set_continued_potentials, set_dipole_potentials
+from magmotor.mjcf.forces.shaped_magnets import KIND, LIFT, POINT, SPREAD, dipole_of, in_frame
 from magmotor.numerics.deferred import subroutine
-from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
-
-PER_4PI = VACUUM_PERMEABILITY / (4.0 * math.pi)
 
 _LINE = (
     (0.5, 1.0),
@@ -77,18 +74,18 @@ def place_charges(room, own, mirror):
 
 
 @subroutine
-def lower_charges(room, count, piece, shape):
-    """Lower the places of nodes, instead of lifting a magnet that is too near; return if so."""
-    lifted = lift_of_shape(piece, shape)
-    dx, dy, dz = to_world(piece, lifted[0], lifted[1], lifted[2])
+def lower_charges(room, count, piece, row):
+    """Lower the places of nodes, instead of lifting a magnet that is too near."""
+    dx, dy, dz = to_world(piece, row[LIFT], row[LIFT + 1], row[LIFT + 2])
     for k in range(count):
         room[0, k], room[1, k], room[2, k] = room[0, k] - dx, room[1, k] - dy, room[2, k] - dz
-    return lifted[0] != 0.0 or lifted[1] != 0.0 or lifted[2] != 0.0
 
 
 @subroutine
 def acts_as_shape(shape, piece, mirror):
     """Whether a magnet, or its image, is so near a piece that its shape counts."""
+    if int(shape[KIND]) == POINT:
+        return False
     x, y, z = reflected_center(piece, mirror)
     gap = math.sqrt(squared_distance(shape, x, y, z)) - piece[EXTENT]
     reach = FAR * reach_of(shape)
@@ -98,46 +95,27 @@ def acts_as_shape(shape, piece, mirror):
 @subroutine
 def _add_magnets(state, piece, mirror, factor):
     """Add the potential of all magnets, or of their images, at the nodes of a piece."""
-    own, room = nodes_of(state.nodes, piece), state.room
-    table, magnets = state.table, state.magnets
+    own, room, rows = nodes_of(state.nodes, piece), state.room, state.sources
     count = place_charges(room, own, mirror)
-    for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
-        first = int(table[FIRST, k])
-        for i in range(first, first + int(table[SIZE, k])):
-            source = dipole(table, i)
-            if mirror[0] == 0.0:
-                lifted = lift_of_dipole(piece, source)
-                dx, dy, dz = to_world(piece, lifted[0], lifted[1], lifted[2])
-                x, y, z, mx, my, mz = source
-                source = x + dx, y + dy, z + dz, mx, my, mz
-            _add_dipole(own[OUTER], room, count, source, factor)
-    for k in range(len(state.shapes)):
-        shape = state.shapes[k]
-        if acts_as_shape(shape, piece, mirror):
-            if mirror[0] == 0.0:
-                lower_charges(room, count, piece, shape)
+    if mirror[0] == 0.0:
+        set_lifts(piece, rows)
+    for k in range(len(rows)):
+        row = rows[k]
+        lifted = mirror[0] == 0.0 and is_lifted(row)
+        if lifted:
+            lower_charges(room, count, piece, row)
+        shaped = acts_as_shape(row, piece, mirror)
+        if shaped:
             for n in range(count):
-                x, y, z = in_frame(shape, room[0, n], room[1, n], room[2, n])
+                x, y, z = in_frame(row, room[0, n], room[1, n], room[2, n])
                 room[0, n], room[1, n], room[2, n] = x, y, z
-            set_continued_potentials(room, count, shape)
-            for n in range(count):
-                own[OUTER, n] += factor * room[4, n]
-            place_charges(room, own, mirror)
+            set_continued_potentials(room, count, row)
         else:
-            _add_dipole(own[OUTER], room, count, dipole_of(shape), factor)
-
-
-@subroutine
-def _add_dipole(potential, room, count, source, factor):
-    """Add the potential of a dipole at the places in the rows of `room`."""
-    u, v, w, mx, my, mz = source
-    scale = factor * PER_4PI
-    x, y, z = room[0], room[1], room[2]
-    for k in range(count):
-        dx, dy, dz = x[k] - u, y[k] - v, z[k] - w
-        square = dx * dx + dy * dy + dz * dz
-        along = mx * dx + my * dy + mz * dz
-        potential[k] += scale * along / (square * math.sqrt(square))
+            set_dipole_potentials(room, count, dipole_of(row))
+        for n in range(count):
+            own[OUTER, n] += factor * room[4, n]
+        if shaped or lifted:
+            place_charges(room, own, mirror)
 
 
 @subroutine

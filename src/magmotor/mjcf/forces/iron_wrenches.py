@@ -7,17 +7,7 @@ applied fields and images at its node, and the reaction acts on the source, at t
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
 from magmotor.mjcf.forces.charge_pairs import set_fields
-from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
-from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
-from magmotor.mjcf.forces.dipole_table import MOVES as DIPOLES_MOVE
-from magmotor.mjcf.forces.face_images import (
-    dipole_image_energy,
-    image_energy,
-    lift_of_dipole,
-    to_world,
-    with_images,
-    with_images_of_dipole,
-)
+from magmotor.mjcf.forces.face_images import add_images
 from magmotor.mjcf.forces.induction import are_far, radius_of_pair
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
@@ -36,8 +26,9 @@ from magmotor.mjcf.forces.iron_potentials import (
     lower_charges,
     place_charges,
 )
+from magmotor.mjcf.forces.lifts import is_lifted, set_lifts, wrench_of_lifted
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
-from magmotor.mjcf.forces.shape_fields import dipole_at_dipole, flux_of_dipole
+from magmotor.mjcf.forces.shape_fields import dipole_at_dipole, set_dipole_fields
 from magmotor.mjcf.forces.shape_wrenches import (
     add_both,
     charges_at_shape,
@@ -76,15 +67,10 @@ def add_iron_wrenches(state, m, offsets, center, applied):
 @subroutine
 def energy_of_images(state):
     """Return the energy by which images in flat faces differ from what nodes resolve."""
-    energy, table, magnets = 0.0, state.table, state.magnets
+    energy = 0.0
     for i in range(len(state.pieces)):
-        for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
-            first = int(table[FIRST, k])
-            for j in range(first, first + int(table[SIZE, k])):
-                energy += dipole_image_energy(state.pieces[i], dipole(table, j))
-        for k in range(len(state.shapes)):
-            if acts_as_shape(state.shapes[k], state.pieces[i], NO_MIRROR):
-                energy += image_energy(state.pieces[i], state.shapes[k], state.room)
+        if set_lifts(state.pieces[i], state.sources):
+            energy += add_images(state.pieces[i], state.sources, state.room, True)
     return energy
 
 
@@ -118,64 +104,37 @@ def _with_images(wrench, mirror):
 @subroutine
 def _add_magnets(state, piece, mirror, center, applied):
     """Add the wrenches between a piece and all magnets, or their images."""
-    table, magnets, room = state.table, state.magnets, state.room
-    target, there = (*center_of(piece), 0.0, 0.0, 0.0), reflected_center(piece, mirror)
+    room, rows = state.room, state.sources
+    there = reflected_center(piece, mirror)
     body, moves = int(piece[BODY]), piece[MOVES] > 0.0
+    if mirror[0] == 0.0 and set_lifts(piece, rows):
+        add_images(piece, rows, room, False)
     count = _charges(state, piece, mirror)
-    for k in range(magnets.number - len(state.pieces) - len(state.shapes)):
-        first, on_it = int(table[FIRST, k]), table[DIPOLES_MOVE, k] > 0.0
-        if table[LABEL, first] == piece[WELD] and mirror[0] == 0.0:
+    for k in range(len(rows)):
+        row = rows[k]
+        on_it = row[SHAPE_MOVES] > 0.0
+        if not (moves or on_it) or (row[WELD_OF_SHAPE] == piece[WELD] and mirror[0] == 0.0):
             continue
-        other = int(table[BODY_OF_DIPOLES, k])
-        for i in range(first, first + int(table[SIZE, k]) if moves or on_it else first):
-            source = dipole(table, i)
-            if mirror[0] != 0.0:
-                _set_dipole_fields(room, count, source)
-                change = _with_images(wrench_of_charges(room, count, there), mirror)
-                add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
-                continue
-            lifted = lift_of_dipole(piece, source)
-            dx, dy, dz = to_world(piece, lifted[0], lifted[1], lifted[2])
-            x, y, z, mx, my, mz = source
-            above = x + dx, y + dy, z + dz, mx, my, mz
-            _set_dipole_fields(room, count, above)
-            wrench = wrench_of_charges(room, count, above)
-            if above != source:
-                wrench = with_images_of_dipole(piece, source, wrench)
-            change = _with_images(wrench, mirror)
-            add_both(body, moves, other, on_it, source, change, mirror, 1.0, center, applied)
-    for k in range(len(state.shapes)):
-        shape = state.shapes[k]
-        on_it = shape[SHAPE_MOVES] > 0.0
-        if not (moves or on_it) or (shape[WELD_OF_SHAPE] == piece[WELD] and mirror[0] == 0.0):
-            continue
-        other = int(shape[BODY_OF_SHAPE])
-        if not acts_as_shape(shape, piece, mirror):
-            _set_dipole_fields(room, count, dipole_of(shape))
-            change = _with_images(wrench_of_charges(room, count, there), mirror)
-            add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
-        elif mirror[0] != 0.0:
-            change = charges_at_shape(room, count, there, shape, False)[:6]
-            change = _with_images(change, mirror)
-            add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
-            count = _charges(state, piece, mirror)
+        lifted, shaped = mirror[0] == 0.0 and is_lifted(row), acts_as_shape(row, piece, mirror)
+        if lifted:
+            lower_charges(room, count, piece, row)
+        # About the magnet if it is lifted, and else about the center of the piece.
+        own = dipole_of(row)
+        about = own[:3] if lifted else there
+        if shaped:
+            wrench = charges_at_shape(room, count, about, row, False)[:6]
         else:
-            at = dipole_of(shape)
-            lowered = lower_charges(room, count, piece, shape)
-            wrench = charges_at_shape(room, count, at, shape, False)[:6]
-            if lowered:
-                wrench = with_images(piece, shape, wrench, room)
-            change = _with_images(wrench, NO_MIRROR)
-            add_both(body, moves, other, on_it, at, change, mirror, 1.0, center, applied)
+            set_dipole_fields(room, count, own)
+            wrench = wrench_of_charges(room, count, about)
+        if lifted:
+            wrench = wrench_of_lifted(piece, row, wrench)
+        target = own if lifted else (*center_of(piece), 0.0, 0.0, 0.0)
+        add_both(
+            body, moves, int(row[BODY_OF_SHAPE]), on_it,
+            target, _with_images(wrench, mirror), mirror, 1.0, center, applied,
+        )  # fmt: skip
+        if shaped or lifted:
             count = _charges(state, piece, mirror)
-
-
-@subroutine
-def _set_dipole_fields(room, count, source):
-    """Write the field of a dipole at charges to the rows 4 to 6."""
-    x, y, z, hx, hy, hz = room[0], room[1], room[2], room[4], room[5], room[6]
-    for k in range(count):
-        hx[k], hy[k], hz[k] = flux_of_dipole(source, x[k], y[k], z[k])
 
 
 @subroutine

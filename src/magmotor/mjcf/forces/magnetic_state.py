@@ -29,6 +29,7 @@ from magmotor.mjcf.forces.dipole_table import (
     Magnets,
     add_images,
     gather,
+    read_points,
     sum_over_table,
     table_size,
 )
@@ -63,7 +64,7 @@ class MagneticState(NamedTuple):
 
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `applied_fields.py`,
     `mirror` in `mirror.py`, `pieces` and `nodes` in `iron_pieces.py`, and `shapes` in
-    `shaped_magnets.py`; `room` has the rows of `charges.py`, for the charges of a magnet or the
+    `shaped_magnets.py`; `sources` are these and, near iron, rows of all dipoles; `room` has the rows of `charges.py`, for the charges of a magnet or the
     nodes of a piece; `couplings` has rows of two bodies and a factor, `scale` is that of the
     moments (see `model_numbers.py`), and `error` is for `report`.
     """
@@ -75,6 +76,7 @@ class MagneticState(NamedTuple):
     pieces: Any
     nodes: Any
     shapes: Any
+    sources: Any
     room: Any
     mirror: tuple[float, float, float, float, float]
     scale: float
@@ -130,6 +132,12 @@ def _dipoles(sizes):
 
 
 @subroutine
+def _sources(sizes):
+    """Return the largest number of magnets by their geom, and of dipoles if there is iron."""
+    return sizes.shapes + (sizes.sites if sizes.pieces > 0 else 0)
+
+
+@subroutine
 def _stack_words(sizes):
     """Return the number of 64-bit words that `read_state` allocates."""
     _, columns = table_size(_dipoles(sizes), sizes.couplings > 0)
@@ -140,7 +148,7 @@ def _stack_words(sizes):
         + COLUMNS * sizes.pieces
         + ROWS_OF_NODES * max(sizes.nodes, 0)
         + sizes.coils
-        + COLUMNS_OF_SHAPE * sizes.shapes
+        + COLUMNS_OF_SHAPE * _sources(sizes)
         + ROWS_OF_CHARGES * sizes.room
     )
 
@@ -186,10 +194,10 @@ def _room(d, sizes):
     place += 8 * ROWS_OF_NODES * max(sizes.nodes, 0)
     drives = memory.numbers(place, 1, sizes.coils)[0]
     place += 8 * sizes.coils
-    shapes = memory.numbers(place, sizes.shapes, COLUMNS_OF_SHAPE)
-    place += 8 * COLUMNS_OF_SHAPE * sizes.shapes
+    sources = memory.numbers(place, _sources(sizes), COLUMNS_OF_SHAPE)
+    place += 8 * COLUMNS_OF_SHAPE * _sources(sizes)
     room = memory.numbers(place, ROWS_OF_CHARGES, sizes.room)
-    return table, boundary, couplings, fields, pieces, nodes, drives, shapes, room
+    return table, boundary, couplings, fields, pieces, nodes, drives, sources, room
 
 
 @subroutine(forceinline=True)
@@ -202,7 +210,8 @@ def read_dipoles(m, d, offsets, own, kinds):
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
     return MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, shapes, room, NO_MIRROR, scale, NO_ERROR
+        table, magnets, couplings, fields, pieces, nodes, shapes, shapes, room,
+        NO_MIRROR, scale, NO_ERROR,
     )  # fmt: skip
 
 
@@ -218,32 +227,39 @@ def read_state(m, d, offsets, own, kinds):
     find_responses(unions, own, m, offsets)
     nodes, largest = count_nodes(unions)
     sizes = _sizes(own, kinds, nodes, largest)
-    table, boundary, couplings, fields, pieces, nodes, drives, shapes, room = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, nodes, drives, sources, room = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
     if sizes.coils > 0:
         read_drives(drives, own, m, d, offsets)
-    mirror = NO_MIRROR
+    mirror, count = NO_MIRROR, 0
     if kinds & SHAPES:
-        shapes = shapes[: read_shapes(shapes, scale, own, m, d, offsets)]
+        count = read_shapes(sources, scale, own, m, d, offsets)
+    shapes = sources[:count]
     if kinds & IRON:
         known = sizes.nodes >= 0
-        count = read_pieces(pieces, nodes, unions, scale, own, m, d, offsets) if known else 0
-        pieces = pieces[:count]
+        found = read_pieces(pieces, nodes, unions, scale, own, m, d, offsets) if known else 0
+        pieces = pieces[:found]
         mirror = read_mirror(own, m, d, offsets)
     magnets = gather(
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
+    if len(pieces) > 0:
+        dipoles = magnets.number - len(pieces) - len(shapes)
+        count += read_points(sources[count:], table, dipoles)
+    sources = sources[:count]
     error = _dipole_behind(table, magnets, mirror)
     if sizes.nodes < 0:
         error = UNANSWERED, unanswered_piece(unions, own), -1
     state = MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, shapes, room, mirror, scale, error
+        table, magnets, couplings, fields, pieces, nodes, shapes, sources, room,
+        mirror, scale, error,
     )  # fmt: skip
     if len(pieces) > 0 and error[0] < 0:
         error = _magnetize(state, m, offsets)
         state = MagneticState(
-            table, magnets, couplings, fields, pieces, nodes, shapes, room, mirror, scale, error
+            table, magnets, couplings, fields, pieces, nodes, shapes, sources, room,
+            mirror, scale, error,
         )  # fmt: skip
     return state
 

@@ -36,7 +36,7 @@ ROWS = 4
 BITS = 8
 """Responses are kept in 2^8 lists."""
 
-MARK = b"MAGIRON1"
+MARK = b"MAGIRON2"
 """The first eight bytes of a file of responses."""
 
 _lists = (ctypes.c_int64 * (1 << BITS))()

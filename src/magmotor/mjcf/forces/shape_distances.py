@@ -170,6 +170,25 @@ def thickness_of(row):
 
 
 @subroutine
+def width_across(row, x, y, z):
+    """Return half the width of a magnet across a unit vector, and the gradient of that.
+
+    It is between the half widths along the two other directions, and smooth.
+    """
+    if int(row[KIND]) == MESH:
+        return row[RADIUS], 0.0, 0.0, 0.0
+    x, y, z = in_frame(row, x + row[POSITION], y + row[POSITION + 1], z + row[POSITION + 2])
+    a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
+    if int(row[KIND]) in (CYLINDER, CAPSULE):
+        b, c = a, b + (a if int(row[KIND]) == CAPSULE else 0.0)
+    a, b, c = 1.0 / (a * a), 1.0 / (b * b), 1.0 / (c * c)
+    total = (1.0 - x * x) * a + (1.0 - y * y) * b + (1.0 - z * z) * c
+    width = math.sqrt(2.0 / total)
+    scale = width / total
+    return (width, *in_world(row, scale * a * x, scale * b * y, scale * c * z))
+
+
+@subroutine
 def farthest_squared(shapes):
     """Return the squared distance from which on no two magnets are near."""
     reach = spread = 0.0

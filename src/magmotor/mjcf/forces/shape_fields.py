@@ -176,6 +176,25 @@ def flux_of_dipole(source, x, y, z):
 
 
 @subroutine
+def set_dipole_potentials(room, count, source):
+    """Write the potential of a dipole in T m to row 4, at points of the world in rows 0 to 2."""
+    u, v, w, mx, my, mz = source
+    x, y, z, phi, scale = room[0], room[1], room[2], room[4], VACUUM_PERMEABILITY / (4.0 * math.pi)
+    for k in range(count):
+        dx, dy, dz = x[k] - u, y[k] - v, z[k] - w
+        square = dx * dx + dy * dy + dz * dz
+        phi[k] = scale * (mx * dx + my * dy + mz * dz) / (square * math.sqrt(square))
+
+
+@subroutine
+def set_dipole_fields(room, count, source):
+    """Write the field of a dipole in T to rows 4 to 6, at points of the world in rows 0 to 2."""
+    x, y, z, hx, hy, hz = room[0], room[1], room[2], room[4], room[5], room[6]
+    for k in range(count):
+        hx[k], hy[k], hz[k] = flux_of_dipole(source, x[k], y[k], z[k])
+
+
+@subroutine
 def dipole_at_dipole(target, source):
     """Return the force and torque on a dipole near another one, and its energy."""
     x, y, z = target[0] - source[0], target[1] - source[1], target[2] - source[2]

@@ -20,11 +20,16 @@ polarization in T in its frame, divided by the scale of moments; its center; and
 row."""
 
 RADIUS, SPREAD, MOMENT, BODY, WELD, MOVES, MESH_COLUMNS = 20, 21, 22, 25, 26, 27, 28
-EXCESS, COLUMNS = 32, 35
+EXCESS, LIFT, WRENCH, PUSH, COLUMNS = 32, 35, 38, 44, 47
 """Further columns: the radius of the sphere around it; the largest difference of its second
 moments; its moment along the axes of the world; its body, the rigid body of that, and the degrees
 of freedom of that; the addresses and numbers of the vertices and faces of a mesh, as bits; the
-roots of what its second moments exceed the smallest one by; and how many columns there are."""
+roots of what its second moments exceed the smallest one by; how far it is lifted near a face of
+iron, the force and torque in images there, and the force on it where it is lifted, for which see
+`lifts.py`; and how many columns there are."""
+
+POINT = -1
+"""Stands for the geom and the type of a dipole that has a row among magnets by their geom."""
 
 
 @subroutine

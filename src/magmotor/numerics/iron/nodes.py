@@ -87,6 +87,14 @@ def face(axis: int, side: int, center: Array, half: Array, apart: float) -> list
     return [axis, side, side * center[axis], center[one], center[two], half[one], half[two], apart]
 
 
+def with_depths(rows: list[list[float]]) -> Array:
+    """Return faces (F, 9), to each of which the least distance from an opposite one is added."""
+    faces = np.array(rows)
+    opposite = (faces[:, None, 0] == faces[:, 0]) & (faces[:, None, 1] == -faces[:, 1])
+    depths = np.where(opposite, faces[:, None, 2] + faces[:, 2], np.inf)
+    return np.column_stack([faces, np.where(depths > 0, depths, np.inf).min(axis=1)])
+
+
 class FlatNodes:
     """Nodes on rectangles whose normals are along the axes."""
 
@@ -112,7 +120,7 @@ class FlatNodes:
             lower, upper = rectangle.lower - more[0], rectangle.upper + more[1]
             center, half = (lower + upper) / 2, (upper - lower) / 2
             rows.append(face(rectangle.axis, rectangle.side, center, half, apart))
-        return np.array(rows)
+        return with_depths(rows)
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""
@@ -153,7 +161,7 @@ class RingNodes:
     @property
     def faces(self) -> Array:
         """The flat faces; see `face`."""
-        return np.zeros((0, 8))
+        return np.zeros((0, 9))
 
     def _interpolate(self, segment: Array, along: Array, phi: Array) -> Array:
         """Return the matrix for points on segments, from 0 to 1 along each, at angles phi."""
@@ -198,7 +206,7 @@ class CylinderNodes(RingNodes):
                 rows.append(
                     face(2, each.side, each.lower * [0, 0, 1], each.upper * [1, 0, 0], apart)
                 )
-        return np.array(rows)
+        return with_depths(rows)
 
     def interpolation(self, points: Array) -> Array:
         """Return the matrix (N, nodes) from values at the nodes to those at points (N, 3)."""

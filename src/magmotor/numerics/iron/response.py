@@ -77,8 +77,8 @@ class Response:
     susceptibility : float
     radius : float
         Radius in m of the balls of charge at the nodes, for what is as near as their distance.
-    faces : ndarray, shape (F, 8)
-        The flat faces; see `nodes.face`.
+    faces : ndarray, shape (F, 9)
+        The flat faces; see `nodes.face` and `nodes.with_depths`.
     center : ndarray, shape (3,)
         Where the origin of the piece's frame is, in m, in the frame in which it was described.
     """
