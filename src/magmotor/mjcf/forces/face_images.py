@@ -7,9 +7,10 @@ differs by that in one another's images in the plane of the face, which are exac
 
 A charge q_i of magnet a in the image of magnet b contributes -k w_i q_i phi_b(x_i')/mu0, and half
 of that in its own image. Here, phi_b is the potential of magnet b itself, x_i' the reflected place,
-k = chi/(chi + 2), and the weight w_i is 1 above the face and 0 beside it and behind it. In an inner
-corner of two faces, there is the image of both images, too, with k^2 instead of -k. All forces are
-derivatives of U, including those of the weights, and, in `lifts.py`, those of the lifts.
+k = chi/(chi + 2), and the weight w_i is 1 above the face, falls beside it as the exact solution for
+a wedge says, and is 0 behind it. In an inner corner of two faces, there is the image of both
+images, too, with k^2 instead of -k. All forces are derivatives of U, including those of the
+weights, and, in `lifts.py`, those of the lifts.
 
 A dipole is two opposite charges near each other, and so is a magnet that is far from the image.
 """
@@ -18,13 +19,14 @@ from magmotor.mjcf.forces.charges import PLACES, set_charges, set_dipole
 from magmotor.mjcf.forces.faces import (
     AXIS,
     HEIGHT,
+    SEAM,
     SIDE,
     distance_of_nodes,
     face_from,
     faces_of,
-    in_front,
-    may_be_above,
+    height_above,
     rises_above,
+    share_of,
     weight_on,
 )
 from magmotor.mjcf.forces.iron_pieces import POSITION, SUSCEPTIBILITY
@@ -94,53 +96,68 @@ def _add_images_in(piece, one, two, rows, room, wanted):
             # The field of the larger one varies less.
             swap = rows[j, RADIUS] < rows[i, RADIUS]
             row, other = (rows[j], rows[i]) if swap else (rows[i], rows[j])
-            if _may_be_above(piece, one, row) and _may_be_above(piece, two, row):
-                energy += _add_pair(piece, one, two, row, other, i == j, room, wanted)
+            if _may_be_in_front(piece, one, row) and _may_be_in_front(piece, two, row):
+                energy += _add_pair(piece, (one, two), row, other, i == j, room, wanted)
     return energy
 
 
 @subroutine
-def _may_be_above(piece, face, row):
-    """Whether charges of a magnet, lifted or not, may be above a face."""
-    lift = abs(row[LIFT]) + abs(row[LIFT + 1]) + abs(row[LIFT + 2])
-    return may_be_above(face, center_on_piece(piece, row), row[RADIUS] + lift)
+def _may_be_in_front(piece, face, row):
+    """Whether charges of a magnet, lifted or not, may be in front of a face."""
+    size = row[RADIUS] + abs(row[LIFT]) + abs(row[LIFT + 1]) + abs(row[LIFT + 2])
+    highest = height_above(face, center_on_piece(piece, row)) + size
+    return highest > -SEAM * distance_of_nodes(face)
 
 
 @subroutine
-def _add_pair(piece, one, two, row, other, same, room, wanted):
+def _add_pair(piece, faces, row, other, same, room, wanted):
     """Add the wrenches of two magnets in each other's images, or return the energy."""
     own = dipole_of(row)
     if own[3] == 0.0 and own[4] == 0.0 and own[5] == 0.0:
         return 0.0
     x, y, z = center_on_piece(piece, row)
-    u, v, w = _reflected(_reflection(one, two), x, y, z)
+    u, v, w = _reflected(_reflection(faces), x, y, z)
     dx, dy, dz = to_world(piece, u - x, v - y, w - z)
     x, y, z = own[0] + dx, own[1] + dy, own[2] + dz
     shaped = int(other[KIND]) != POINT
     shaped = shaped and (same or is_near(other, x, y, z, reach_of(row), row[SPREAD]))
+    share, x, y, z = _shares(piece, faces, row)
+    part, u, v, w = (1.0, 0.0, 0.0, 0.0) if same else _shares(piece, faces, other)
+    if share == 0.0 or part == 0.0:
+        return 0.0
     energy = 0.0
     for lifted in range(2):
-        sign = 1.0 - 2.0 * lifted
-        count = _set_charges(piece, one, two, row, other, same, lifted, shaped, room)
+        sign = (1.0 - 2.0 * lifted) * share * part
+        count = _set_charges(piece, faces, row, other, same, lifted, shaped, room)
         if shaped:
             set_continued_potentials(room, count, other)
         else:
             set_dipole_potentials(room, count, dipole_of(other))
-        energy += sign * _add_weights(
-            piece, one, two, row, other, same, lifted, sign, room, count, wanted
-        )
+        energy += sign * _add_weights(piece, faces, row, lifted, sign, room, count, wanted)
         if not wanted:
-            if shaped:
-                set_continued_fields(room, count, other)
-            else:
-                set_dipole_fields(room, count, dipole_of(other))
-            _add_forces(piece, one, two, row, other, lifted, sign, shaped, room, count)
+            _set_fields(piece, other, shaped, room, count)
+            _add_forces(piece, faces, row, other, lifted, sign, room, count)
+    if not wanted:
+        _add(row, 0, -energy / share, (x, y, z, 0.0, 0.0, 0.0))
+        _add(other, 0, -energy / part, (u, v, w, 0.0, 0.0, 0.0))
     return energy
 
 
 @subroutine
-def _reflection(one, two):
+def _shares(piece, faces, row):
+    """Return the share of a face in the lift of a magnet, or the product for two, and gradient."""
+    (one, two), place = faces, center_on_piece(piece, row)
+    u, ux, uy, uz = share_of(one, place)
+    if one[0, AXIS] == two[0, AXIS]:
+        return u, ux, uy, uz
+    v, vx, vy, vz = share_of(two, place)
+    return u * v, u * vx + v * ux, u * vy + v * uy, u * vz + v * uz
+
+
+@subroutine
+def _reflection(faces):
     """Return the signs of what reflects in one face, or in two if they differ, and the planes."""
+    one, two = faces
     a, b = int(one[0, AXIS]), int(two[0, AXIS])
     top, other = one[0, SIDE] * one[0, HEIGHT], two[0, SIDE] * two[0, HEIGHT]
     signs = (
@@ -158,13 +175,14 @@ def _reflected(reflection, x, y, z):
 
 
 @subroutine
-def _set_charges(piece, one, two, row, other, same, lifted, shaped, room):
+def _set_charges(piece, faces, row, other, same, lifted, shaped, room):
     """Write the charges of a magnet, and where the other's field is that of its image there.
 
     The rows 0 to 2 are reflected places in the frame of the other magnet, or in the world's for a
     dipole; 3 are charges with the factor of the energy, but not with weights; and `PLACES` are
     their places in the frame of the piece. Returns how many there are.
     """
+    one, two = faces
     strength = piece[SUSCEPTIBILITY] / (piece[SUSCEPTIBILITY] + 2.0)
     factor = -strength if one[0, AXIS] == two[0, AXIS] else strength * strength
     factor *= (0.5 if same else 1.0) / VACUUM_PERMEABILITY
@@ -177,7 +195,7 @@ def _set_charges(piece, one, two, row, other, same, lifted, shaped, room):
         count = set_charges(room, row, order_of_charges(row, other, (1.0, nx, ny, nz, height)))
     else:
         count = set_dipole(room, dipole_of(row), APART * distance_of_nodes(one))
-    reflection = _reflection(one, two)
+    reflection = _reflection(faces)
     for k in range(count):
         x, y, z = place_on_piece(piece, room[0, k], room[1, k], room[2, k])
         room[PLACES, k], room[PLACES + 1, k], room[PLACES + 2, k] = x + a, y + b, z + c
@@ -198,8 +216,9 @@ def _seen_from(row, lifted, place):
 
 
 @subroutine
-def _weight_at(one, two, place):
+def _weight_at(faces, place):
     """Return the weight of a charge above one face, or two if they differ, and its gradient."""
+    one, two = faces
     u, ux, uy, uz = weight_on(one, place)
     if one[0, AXIS] == two[0, AXIS]:
         return u, ux, uy, uz
@@ -208,51 +227,47 @@ def _weight_at(one, two, place):
 
 
 @subroutine
-def _add_weights(piece, one, two, row, other, same, lifted, sign, room, count, wanted):
-    """Multiply charges by weights; return the energy, or add the forces due to the weights.
-
-    Another magnet must also be in front of the face.
-    """
+def _add_weights(piece, faces, row, lifted, sign, room, count, wanted):
+    """Multiply charges by weights; return the energy, or add the forces due to the weights."""
     x, y, z = center_on_piece(piece, row)
     x, y, z = x + lifted * row[LIFT], y + lifted * row[LIFT + 1], z + lifted * row[LIFT + 2]
-    u, v, w = center_on_piece(piece, other)
-    there = u + lifted * other[LIFT], v + lifted * other[LIFT + 1], w + lifted * other[LIFT + 2]
-    above, slope = (1.0, 0.0) if same else in_front(one, there)
-    factor, by_two = 1.0, 0.0
-    if not same and one[0, AXIS] != two[0, AXIS]:
-        factor, by_two = in_front(two, there)
-        slope, by_two, above = slope * factor, by_two * above, above * factor
     energy = fx = fy = fz = tx = ty = tz = 0.0
     for k in range(count):
         a, b, c = room[PLACES, k], room[PLACES + 1, k], room[PLACES + 2, k]
-        weight, gx, gy, gz = _weight_at(one, two, (a, b, c))
+        weight, gx, gy, gz = _weight_at(faces, (a, b, c))
         part = room[3, k] * room[4, k]
         energy += weight * part
-        room[3, k] *= above * weight
-        part, a, b, c = -above * part, a - x, b - y, c - z
-        gx, gy, gz = part * gx, part * gy, part * gz
+        room[3, k] *= weight
+        a, b, c = a - x, b - y, c - z
+        gx, gy, gz = -part * gx, -part * gy, -part * gz
         fx, fy, fz = fx + gx, fy + gy, fz + gz
         tx, ty, tz = tx + b * gz - c * gy, ty + c * gx - a * gz, tz + a * gy - b * gx
     if not wanted:
         _add(row, lifted, sign, (fx, fy, fz, tx, ty, tz))
-        a, b = int(one[0, AXIS]), int(two[0, AXIS])
-        slope, by_two = -energy * slope, -energy * by_two
-        push = (
-            (slope if a == 0 else 0.0) + (by_two if b == 0 else 0.0),
-            (slope if a == 1 else 0.0) + (by_two if b == 1 else 0.0),
-            (slope if a == 2 else 0.0) + (by_two if b == 2 else 0.0),
-        )  # fmt: skip
-        _add(other, lifted, sign, (*push, 0.0, 0.0, 0.0))
-    return above * energy
+    return energy
 
 
 @subroutine
-def _add_forces(piece, one, two, row, other, lifted, sign, shaped, room, count):
+def _set_fields(piece, other, shaped, room, count):
+    """Write the fields of a magnet, or of its dipole, along the axes of the piece."""
+    if shaped:
+        set_continued_fields(room, count, other)
+    else:
+        set_dipole_fields(room, count, dipole_of(other))
+    for k in range(count):
+        h = room[4, k], room[5, k], room[6, k]
+        if shaped:
+            h = in_world(other, h[0], h[1], h[2])
+        room[4, k], room[5, k], room[6, k] = to_piece(piece, h[0], h[1], h[2])
+
+
+@subroutine
+def _add_forces(piece, faces, row, other, lifted, sign, room, count):
     """Add the wrenches of fields on charges, and those on the other magnet, whose image they feel.
 
     The force at a charge is reflected, and the opposite of it acts where the charge is reflected.
     """
-    reflection = _reflection(one, two)
+    reflection = _reflection(faces)
     sx, sy, sz = reflection[0]
     x, y, z = center_on_piece(piece, row)
     x, y, z = x + lifted * row[LIFT], y + lifted * row[LIFT + 1], z + lifted * row[LIFT + 2]
@@ -263,11 +278,8 @@ def _add_forces(piece, one, two, row, other, lifted, sign, shaped, room, count):
         a, b, c = room[PLACES, k], room[PLACES + 1, k], room[PLACES + 2, k]
         p, q, r = _seen_from(other, lifted, _reflected(reflection, a, b, c))
         a, b, c, p, q, r = a - x, b - y, c - z, p - u, q - v, r - w
-        h = room[4, k], room[5, k], room[6, k]
-        if shaped:
-            h = in_world(other, h[0], h[1], h[2])
-        h = to_piece(piece, h[0], h[1], h[2])
-        hx, hy, hz = room[3, k] * h[0], room[3, k] * h[1], room[3, k] * h[2]
+        charge = room[3, k]
+        hx, hy, hz = charge * room[4, k], charge * room[5, k], charge * room[6, k]
         sum_x, sum_y, sum_z = sum_x - hx, sum_y - hy, sum_z - hz
         gx, gy, gz = gx - (q * hz - r * hy), gy - (r * hx - p * hz), gz - (p * hy - q * hx)
         hx, hy, hz = sx * hx, sy * hy, sz * hz

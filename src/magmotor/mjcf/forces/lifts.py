@@ -1,8 +1,10 @@
-"""Magnets and dipoles near flat faces of a piece of iron, and how far they are lifted for its nodes.
+"""Magnets and dipoles near flat faces of iron, and how far they are lifted for its nodes.
 
 A row is that of `shaped_magnets.py`, also of a dipole. Lifts, and the forces here, are along the
 axes of the piece; see `faces.py`.
 """
+
+import math
 
 from magmotor.mjcf.forces.faces import (
     AXIS,
@@ -12,13 +14,15 @@ from magmotor.mjcf.forces.faces import (
     distance_of_nodes,
     face_from,
     faces_of,
-    lift,
+    from_face,
+    height_above,
+    height_of_lift,
+    slope_from_face,
 )
 from magmotor.mjcf.forces.iron_pieces import EXTENT, FRAME, POSITION
 from magmotor.mjcf.forces.shape_distances import (
     reach_towards,
     squared_distance,
-    thickness_of,
     width_across,
 )
 from magmotor.mjcf.forces.shaped_magnets import KIND, LIFT, POINT, PUSH, RADIUS, WRENCH
@@ -77,13 +81,16 @@ def set_lifts(piece, rows):
     for k in range(len(rows)):
         row = rows[k]
         row[LIFT] = row[LIFT + 1] = row[LIFT + 2] = 0.0
-        reach = farthest + 2.0 * row[RADIUS]
+        reach = farthest + row[RADIUS]
         if len(faces) == 0 or squared_distance(row, x, y, z) > reach * reach:
             continue
         first, place = 0, center_on_piece(piece, row)
         while first < len(faces):
             face = face_from(faces, first)
-            row[LIFT + int(face[0, AXIS])] += _lift_from(piece, row, place, face)[0][0]
+            _, (u, v, w), share, (height, _, _), _, _ = _lift_from(piece, row, place, face)
+            row[LIFT] += share * height * u
+            row[LIFT + 1] += share * height * v
+            row[LIFT + 2] += share * height * w
             first += len(face)
         any_lifted = any_lifted or is_lifted(row)
     return any_lifted
@@ -97,15 +104,33 @@ def is_lifted(row):
 
 @subroutine
 def _lift_from(piece, row, place, face):
-    """Return the lift from a face with derivatives, its normal, the lowest point, and by width."""
+    """Return how a magnet is lifted away from the nearest point of a face.
+
+    These are the distance of its center from there, the direction, the share of the face, that is
+    the squared cosine to the normal, and the height with its derivatives; and, in the world, the
+    magnet's lowest point, and the gradient of its width by the direction. Two faces at a convex
+    edge, which is the nearest point of both, have the sum of shares 1.
+    """
+    nothing, axis = (0.0, 0.0, 0.0), int(face[0, AXIS])
+    apart, height, least = distance_of_nodes(face), height_above(face, place), row[RADIUS]
+    one, two = from_face(face, place)
+    distance = math.sqrt(one * one + two * two + height * height)
+    if height <= 0.0 or distance - least > REACH * apart:
+        return distance, nothing, 0.0, nothing, nothing, nothing
+    cosine, one, two = height / distance, one / distance, two / distance
+    along = face[0, SIDE] * cosine
+    direction = (
+        component(axis, 0, along, one, two), component(axis, 1, along, one, two),
+        component(axis, 2, along, one, two),
+    )  # fmt: skip
     if int(row[KIND]) == POINT:
-        nothing = 0.0, 0.0, 0.0
-        return lift(face, place, (0.0, 0.0), 0.0, 0.0), nothing, nothing, nothing
-    nx, ny, nz = normal_of(piece, face)
-    extent, x, y, z = reach_towards(row, -nx, -ny, -nz)
-    width, u, v, w = width_across(row, nx, ny, nz)
-    lifted = lift(face, place, (row[RADIUS], thickness_of(row)), extent, width)
-    return lifted, (nx, ny, nz), (x, y, z), (u, v, w)
+        lifted = height_of_lift(apart, distance, 0.0)
+        return distance, direction, cosine * cosine, lifted, nothing, nothing
+    x, y, z = to_world(piece, direction[0], direction[1], direction[2])
+    extent, px, py, pz = reach_towards(row, -x, -y, -z)
+    width, wx, wy, wz = width_across(row, x, y, z)
+    lifted = height_of_lift(apart, distance - extent, width)
+    return distance, direction, cosine * cosine, lifted, (px, py, pz), (wx, wy, wz)
 
 
 @subroutine
@@ -113,34 +138,62 @@ def wrench_of_lifted(piece, row, wrench):
     """Return the wrench on a piece from a magnet, given that on its nodes from the lifted one.
 
     Those of images are in the row, and are those on the magnet, which feels the opposite of what is
-    returned; torques are about its center. What a lift depends on adds to these: the height of the
-    center, and that of the lowest point; the place above the face; and the width.
+    returned; torques are about its center. The derivatives of the lift add to these.
     """
     faces, place, first = faces_of(piece), center_on_piece(piece, row), 0
     gx, gy, gz = to_piece(piece, wrench[0], wrench[1], wrench[2])
-    gx, gy, gz = row[PUSH] - gx, row[PUSH + 1] - gy, row[PUSH + 2] - gz
+    push = row[PUSH] - gx, row[PUSH + 1] - gy, row[PUSH + 2] - gz
     fx, fy, fz = row[WRENCH], row[WRENCH + 1], row[WRENCH + 2]
     tx, ty, tz = to_world(piece, row[WRENCH + 3], row[WRENCH + 4], row[WRENCH + 5])
     while first < len(faces):
         face = face_from(faces, first)
-        lifted, normal, lowest, by_normal = _lift_from(piece, row, place, face)
-        if lifted[0] != 0.0:
-            axis = int(face[0, AXIS])
-            push = gx if axis == 0 else (gy if axis == 1 else gz)
-            along, u, v = push * lifted[1], push * lifted[2], push * lifted[3]
-            fx += component(axis, 0, along, u, v)
-            fy += component(axis, 1, along, u, v)
-            fz += component(axis, 2, along, u, v)
-            # A turn moves the lowest point, and changes the width along the face.
-            up, wide, (nx, ny, nz) = face[0, SIDE] * along, push * lifted[4], normal
-            ax, ay, az = (
-                up * lowest[0] + wide * by_normal[0], up * lowest[1] + wide * by_normal[1],
-                up * lowest[2] + wide * by_normal[2],
-            )  # fmt: skip
-            tx, ty, tz = tx + ay * nz - az * ny, ty + az * nx - ax * nz, tz + ax * ny - ay * nx
+        more = _wrench_by_lift(piece, row, place, face, push)
+        fx, fy, fz = fx + more[0], fy + more[1], fz + more[2]
+        tx, ty, tz = tx + more[3], ty + more[4], tz + more[5]
         first += len(face)
     force = to_world(piece, fx, fy, fz)
     return (
         wrench[0] - force[0], wrench[1] - force[1], wrench[2] - force[2],
         wrench[3] - tx, wrench[4] - ty, wrench[5] - tz,
+    )  # fmt: skip
+
+
+@subroutine
+def _wrench_by_lift(piece, row, place, face, push):
+    """Return the derivatives of a push times the lift from a face, as a wrench on the magnet.
+
+    The force is along the axes of the piece, the torque in the world. The lift is share * height(gap, width) * u, where u is the direction from the nearest point; the
+    gap is the distance less the reach towards that point.
+    """
+    distance, (ux, uy, uz), share, lifted, lowest, by_width = _lift_from(piece, row, place, face)
+    height, by_gap, slope = lifted
+    if height == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    axis, side = int(face[0, AXIS]), face[0, SIDE]
+    cosine = side * (ux if axis == 0 else (uy if axis == 1 else uz))
+    along = push[0] * ux + push[1] * uy + push[2] * uz
+    by_gap, slope = share * along * by_gap, share * along * slope
+    # By turns of the direction: of the share, of the reach and the width, and of the lift itself.
+    x, y, z = (
+        by_gap * lowest[0] + slope * by_width[0], by_gap * lowest[1] + slope * by_width[1],
+        by_gap * lowest[2] + slope * by_width[2],
+    )  # fmt: skip
+    ax, ay, az = to_piece(piece, x, y, z)
+    lean, scale = 2.0 * cosine * height * along * side, share * height
+    ax += scale * push[0] + (lean if axis == 0 else 0.0)
+    ay += scale * push[1] + (lean if axis == 1 else 0.0)
+    az += scale * push[2] + (lean if axis == 2 else 0.0)
+    inner, inverse = ax * ux + ay * uy + az * uz, 1.0 / distance
+    fx = by_gap * ux + inverse * (ax - inner * ux)
+    fy = by_gap * uy + inverse * (ay - inner * uy)
+    fz = by_gap * uz + inverse * (az - inner * uz)
+    one, two = from_face(face, place)
+    u = fy if axis == 0 else (fz if axis == 1 else fx)
+    v = fz if axis == 0 else (fx if axis == 1 else fy)
+    normal = fx if axis == 0 else (fy if axis == 1 else fz)
+    u, v = slope_from_face(face, place, one, two, u, v)
+    nx, ny, nz = to_world(piece, ux, uy, uz)
+    return (
+        component(axis, 0, normal, u, v), component(axis, 1, normal, u, v),
+        component(axis, 2, normal, u, v), y * nz - z * ny, z * nx - x * nz, x * ny - y * nx,
     )  # fmt: skip

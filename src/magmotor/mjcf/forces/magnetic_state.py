@@ -64,8 +64,9 @@ class MagneticState(NamedTuple):
 
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `applied_fields.py`,
     `mirror` in `mirror.py`, `pieces` and `nodes` in `iron_pieces.py`, and `shapes` in
-    `shaped_magnets.py`; `sources` are these and, near iron, rows of all dipoles; `room` has the rows of `charges.py`, for the charges of a magnet or the
-    nodes of a piece; `couplings` has rows of two bodies and a factor, `scale` is that of the
+    `shaped_magnets.py`; `sources` are these and, near iron, rows of all dipoles; `room` has the
+    rows of `charges.py`, for the charges of a magnet or the nodes of a piece; `couplings` has rows
+    of two bodies and a factor, `scale` is that of the
     moments (see `model_numbers.py`), and `error` is for `report`.
     """
 

@@ -159,17 +159,6 @@ def _reach_of_mesh(row, x, y, z):
 
 
 @subroutine
-def thickness_of(row):
-    """Return the least width of a magnet, or an estimate of a mesh's."""
-    a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
-    if int(row[KIND]) == MESH:
-        return row[RADIUS]
-    if int(row[KIND]) in (CAPSULE, CYLINDER):
-        return 2.0 * (min(a, b) if int(row[KIND]) == CYLINDER else a)
-    return 2.0 * min(a, b, c)
-
-
-@subroutine
 def width_across(row, x, y, z):
     """Return half the width of a magnet across a unit vector, and the gradient of that.
 

@@ -64,7 +64,9 @@ CLOSE = 1e-9
 """How far points may be outside of a rectangle, over the size of the piece."""
 
 
-def face(axis: int, side: int, center: Array, half: Array, apart: float) -> list[float]:
+def face(
+    axis: int, side: int, center: Array, half: Array, free: Array, apart: float
+) -> list[float]:
     """Return what is needed of a flat face: a row of numbers.
 
     Parameters
@@ -74,21 +76,25 @@ def face(axis: int, side: int, center: Array, half: Array, apart: float) -> list
     center, half : ndarray, shape (3,)
         The center and half of the edges along x, y and z, in m. A disk has its radius as the first
         edge after the normal, and no second one.
+    free : ndarray, shape (2, 3)
+        Whether the piece ends at the lower and the upper edges along the axes.
     apart : float
         Mean distance of its nodes, in m.
 
     Returns
     -------
     list of float
-        The axis; the sign; the height of the face along its normal; the center, and half of the
-        edges, along the two next axes; and the mean distance of nodes.
+        The axis; the sign; the height of the face along its normal; along the two next axes, the
+        center, half of the edges, and whether the lower and the upper one are free; and the mean
+        distance of nodes.
     """
-    one, two = (axis + 1) % 3, (axis + 2) % 3
-    return [axis, side, side * center[axis], center[one], center[two], half[one], half[two], apart]
+    next_axes = [(axis + 1) % 3, (axis + 2) % 3]
+    frame = [*center[next_axes], *half[next_axes], *free[:, next_axes].T.ravel()]
+    return [axis, side, side * center[axis], *frame, apart]
 
 
 def with_depths(rows: list[list[float]]) -> Array:
-    """Return faces (F, 9), to each of which the least distance from an opposite one is added."""
+    """Return faces (F, 13), to each of which the least distance from an opposite one is added."""
     faces = np.array(rows)
     opposite = (faces[:, None, 0] == faces[:, 0]) & (faces[:, None, 1] == -faces[:, 1])
     depths = np.where(opposite, faces[:, None, 2] + faces[:, 2], np.inf)
@@ -119,7 +125,7 @@ class FlatNodes:
             more = INTO_WALL * apart * rectangle.risen
             lower, upper = rectangle.lower - more[0], rectangle.upper + more[1]
             center, half = (lower + upper) / 2, (upper - lower) / 2
-            rows.append(face(rectangle.axis, rectangle.side, center, half, apart))
+            rows.append(face(rectangle.axis, rectangle.side, center, half, rectangle.free, apart))
         return with_depths(rows)
 
     def interpolation(self, points: Array) -> Array:
@@ -161,7 +167,7 @@ class RingNodes:
     @property
     def faces(self) -> Array:
         """The flat faces; see `face`."""
-        return np.zeros((0, 9))
+        return np.zeros((0, 13))
 
     def _interpolate(self, segment: Array, along: Array, phi: Array) -> Array:
         """Return the matrix for points on segments, from 0 to 1 along each, at angles phi."""
@@ -203,9 +209,9 @@ class CylinderNodes(RingNodes):
         for each, line in zip(self._rectangles, self._segments, strict=True):
             apart = (each.upper[0] - each.lower[0]) / line.nodes.size
             if each.axis == 2:
-                rows.append(
-                    face(2, each.side, each.lower * [0, 0, 1], each.upper * [1, 0, 0], apart)
-                )
+                center, half = each.lower * [0, 0, 1], each.upper * [1, 0, 0]
+                free = np.full((2, 3), each.free[1, 0])
+                rows.append(face(2, each.side, center, half, free, apart))
         return with_depths(rows)
 
     def interpolation(self, points: Array) -> Array:

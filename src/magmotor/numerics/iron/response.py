@@ -77,7 +77,7 @@ class Response:
     susceptibility : float
     radius : float
         Radius in m of the balls of charge at the nodes, for what is as near as their distance.
-    faces : ndarray, shape (F, 9)
+    faces : ndarray, shape (F, 13)
         The flat faces; see `nodes.face` and `nodes.with_depths`.
     center : ndarray, shape (3,)
         Where the origin of the piece's frame is, in m, in the frame in which it was described.

@@ -25,6 +25,8 @@ class Rectangle(NamedTuple):
         Two of its corners.
     risen : ndarray, shape (2, 3)
         Whether the piece rises above the rectangle at the lower and the upper edges along the axes.
+    free : ndarray, shape (2, 3)
+        Whether the piece ends at these edges.
     """
 
     axis: int
@@ -32,6 +34,7 @@ class Rectangle(NamedTuple):
     lower: Array
     upper: Array
     risen: Array
+    free: Array
 
 
 class Union:
@@ -92,20 +95,22 @@ class Union:
                 for height, own, over in zip(self._lines[axis], below, above, strict=True):
                     for i, k in _blocks(own & ~over):
                         ends = np.stack([one[i], two[k]], axis=1)
-                        risen = _risen(np.pad(over, 1), *i, *k)
+                        risen, free = (
+                            np.insert(_everywhere_beside(mask, *i, *k), axis, False, axis=1)
+                            for mask in (np.pad(over, 1), ~np.pad(own | over, 1))
+                        )
                         lower, upper = np.insert(ends, axis, height, axis=1)
-                        risen = np.insert(risen, axis, False, axis=1)
-                        found.append(Rectangle(axis, side, lower, upper, risen))
+                        found.append(Rectangle(axis, side, lower, upper, risen, free))
         return found
 
 
-def _risen(over: Array, i: int, j: int, k: int, m: int) -> Array:
-    """Return whether there is something over all neighbors at the edges of a rectangle, (2, 2).
+def _everywhere_beside(mask: Array, i: int, j: int, k: int, m: int) -> Array:
+    """Return whether a mask is true in all neighbors at the edges of a rectangle, (2, 2).
 
     It consists of the cells from i to j and from k to m, and there is one more cell on all sides.
     """
     rows, columns = slice(i + 1, j + 1), slice(k + 1, m + 1)
-    sides = [[over[i, columns], over[rows, k]], [over[j + 1, columns], over[rows, m + 1]]]
+    sides = [[mask[i, columns], mask[rows, k]], [mask[j + 1, columns], mask[rows, m + 1]]]
     return np.array([[bool(side.all()) for side in both] for both in sides])
 
 
