@@ -206,10 +206,10 @@ def _inside(beyond, free, width, height):
 
 @subroutine
 def share_of(face, place):
-    """Return the squared cosine of the direction from the nearest point to the normal, and gradient.
+    """Return the share of a face in the lift of a magnet at a place, and its gradient.
 
-    It is 1 above the face and 0 behind its plane. At a convex edge, those of both faces have the
-    sum 1.
+    It is the squared cosine of the direction from the nearest point of the face to the normal: 1
+    above the face and 0 behind its plane. At a convex edge, those of both faces have the sum 1.
     """
     height, (one, two), axis = height_above(face, place), from_face(face, place), int(face[0, AXIS])
     beside = one * one + two * two

@@ -162,8 +162,9 @@ def wrench_of_lifted(piece, row, wrench):
 def _wrench_by_lift(piece, row, place, face, push):
     """Return the derivatives of a push times the lift from a face, as a wrench on the magnet.
 
-    The force is along the axes of the piece, the torque in the world. The lift is share * height(gap, width) * u, where u is the direction from the nearest point; the
-    gap is the distance less the reach towards that point.
+    The force is along the axes of the piece, the torque in the world. The lift is
+    share * height(gap, width) * u, where u is the direction from the nearest point; the gap is the
+    distance less the reach towards that point.
     """
     distance, (ux, uy, uz), share, lifted, lowest, by_width = _lift_from(piece, row, place, face)
     height, by_gap, slope = lifted
