@@ -11,7 +11,9 @@ from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
 from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
-from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.clearance import Clearance
+from magmotor.mjcf.checking.contact_rule import SUNK, Approach
+from magmotor.mjcf.checking.covers import Covers
 from magmotor.mjcf.checking.dipole_depth import Side
 from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
@@ -24,9 +26,10 @@ from magmotor.mjcf.checking.geoms import (
 )
 from magmotor.mjcf.checking.groups_of_pairs import groups_of_pairs
 from magmotor.mjcf.checking.joint_limits import SoftLimit, softest_limit
+from magmotor.mjcf.checking.poses import Freedom
 from magmotor.mjcf.checking.rails import repel_on_rail
 from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
-from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
+from magmotor.mjcf.checking.stand_off import contacts_that_share, stand
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.swept import limited_joints, swept_gaps, swept_joints
 from magmotor.mjcf.checking.touch import (
@@ -34,7 +37,9 @@ from magmotor.mjcf.checking.touch import (
     closest_approach,
     closest_to_plane,
     coarsest,
+    depth_of_nearest,
 )
+from magmotor.mjcf.checking.true_approach import TrueApproach
 from magmotor.mjcf.checking.true_pull import duo_of
 from magmotor.mjcf.declarations.iron import PLANE, SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
@@ -81,97 +86,151 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     geoms, pairs = rows_of_magnets(model, magnets, rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
-    groups, built, strong = np.full_like(touching, -1), {}, strong_iron(model, magnets)
+    scene = _Scene(model, data, rows, strong_iron(model, magnets))
+    groups = np.full_like(touching, -1)
     for k, members in enumerate(groups_of_pairs(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
         one, other = (magnets[i] for i in members[0])
         like = geoms[groups[pairs[:, 0], pairs[:, 1]] == k]
         welds = np.sort(weld_of[like[:, :2]], axis=1)
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
+        if found := scene.meeting((one, other), own, frozenset()):
+            more = found.touching[~np.isin(found.touching @ [1, 1j, 0], own @ [1, 1j, 0])]
+            yield found._replace(number=len(members), like=np.vstack([like, more]))
+
+
+class _Scene:
+    """A model and what is the same for all of its pairs of magnets."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        rows: NDArray[np.int64],
+        strong: NDArray[np.bool_],
+    ) -> None:
+        self._model, self._data, self._rows, self._strong = model, data, rows, strong
+        self._sides: dict[tuple, Side] = {}
+        self._covers: dict[frozenset[int], Covers] = {}
+
+    def _side(self, magnet: Magnet, geoms: NDArray, margin: float, soft: frozenset[int]) -> Side:
+        key = magnet.body, magnet.images, geoms.tobytes(), margin, soft
+        if key not in self._sides:
+            covers = self._covers[soft]
+            self._sides[key] = Side(self._model, self._data, magnet, geoms, margin, covers)
+        return self._sides[key]
+
+    def meeting(
+        self, magnets: tuple[Magnet, Magnet], own: NDArray, soft: frozenset[int]
+    ) -> Meeting | None:
+        """Return how two magnets meet; None if nothing of them can.
+
+        `own` are rows of two geoms of theirs that may touch, and their contact pair or -1; `soft`
+        are slides whose limits are too soft to keep in place what covers them.
+        """
+        model, data, (one, other) = self._model, self._data, magnets
+        if soft not in self._covers:
+            self._covers[soft] = Covers(model, data, soft)
+        covers = self._covers[soft]
+        acts, factor = _factors(model, one, other)
+        touching = np.vstack([own, covers.rows(one, other, self._rows)])
+        margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
+        geoms = [geoms_of(model, magnet, own) for magnet in magnets]
+        both = np.unique(touching[:, :2])
+        around = [both[[covers.hold(m, geom) for geom in both.tolist()]] for m in magnets]
+        sides = (
+            self._side(one, around[0], margin, soft),
+            self._side(other, geoms[1] if other.images else around[1], 0.0, soft),
+        )
+        walls = [j for j in limited_joints(model, one.body, other.body) if j not in soft]
+        freedom = Freedom(model, data, magnets, walls)
+        level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
         if other.images:
-            more = standing_rows(model, data, one, other, rows)
-            own, like = np.vstack([own, more]), np.vstack([like, more])
-        if found := _meeting(model, data, (one, other), own, strong, built):
-            yield found._replace(number=len(members), like=like)
+            geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
+            standing = stand(model, data, magnets, geoms[0], margin + level, covers, freedom)
+            deepest = standing.heights.min(axis=0) if standing else [-np.inf] * len(one.strengths)
+            apart = np.array(deepest)[:, np.newaxis]
+        else:
+            apart = sides[0].depth[:, np.newaxis] + sides[1].depth
+        duo = duo_of(model, data, magnets)
+        true = None
+        if duo and not other.images:
+            clearance = Clearance(model, data, magnets, touching, covers)
+            true = TrueApproach(duo, sides, clearance, freedom, np.where(acts, 0.0, np.inf))
 
+        def pull(distance: Array, weight: Array) -> tuple[float, float]:
+            """Return the force at distances of dipoles, and its gradient."""
+            nearest = float(distance.min())
+            if true and 0 < nearest < np.inf:
+                return true.pull(nearest, SUNK * nearest)
+            distance = distance + distance.T if other.images else distance
+            return attraction(one, other, distance, weight)
 
-def _meeting(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    magnets: tuple[Magnet, Magnet],
-    touching: NDArray,
-    strong: NDArray[np.bool_],
-    built: dict[tuple, Side],
-) -> Meeting | None:
-    """Return how two magnets meet; None if nothing of them can. `built` keeps their sides."""
-    one, other = magnets
-    acts, factor = _factors(model, one, other)
-    margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
-    geoms = [geoms_of(model, magnet, touching) for magnet in magnets]
-
-    def side(magnet: Magnet, own: NDArray, push: float) -> Side:
-        key = magnet.body, magnet.images, own.tobytes(), push
-        if key not in built:
-            built[key] = Side(model, data, magnet, own, push)
-        return built[key]
-
-    sides = side(one, geoms[0], margin), side(other, geoms[1], 0.0)
-    masses = _masses(model, magnets, touching)
-    level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
-    if other.images:
-        geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
-        standing = stand(model, data, one, geoms[0], margin + level)
-        deepest = standing.heights.min(axis=0) if standing else [-np.inf] * len(one.strengths)
-        apart = np.array(deepest)[:, np.newaxis]
-    else:
-        apart = sides[0].depth[:, np.newaxis] + sides[1].depth
-    walls = limited_joints(model, one.body, other.body)
-    gaps, soft = _gaps(model, data, magnets, geoms, level, walls), None
-    bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
-    repels = not other.images and repel_on_rail(model, data, magnets, apart)
-    while walls and not repels and (room := _room(gaps, bare)) > 0:
-        found = softest_limit(model, data, magnets, walls, gaps[0], room, np.where(acts, factor, 0))
-        if not found:
-            break
-        # Without others, a limit must do more than its share: the mildest remedy is that for it.
-        soft = found if soft is None or found.constant > soft.constant else soft
-        walls.remove(found.joint)
-        gaps = _gaps(model, data, magnets, geoms, level, walls)
-    of_dipoles, of_geoms = gaps
-    possible = _possible_rows(touching, geoms, of_geoms, whole=other.images > 0)
-    if 0 < len(possible) < len(touching):
-        return _meeting(model, data, magnets, possible, strong, built)
-    near = bare & (of_dipoles <= COINCIDENCE)
-    held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
-    approach = linked = None
-    if not len(possible):
-        held = np.full_like(held, np.inf)
-    may_touch = (held < np.inf).any()
-    duo = duo_of(model, data, magnets) if may_touch else None
-    if standing and may_touch:
-        approach, k = closest_to_plane(one, other, standing, level, masses, duo)
-        approach = approach and approach._replace(
-            contacts=contacts_that_share(
-                model, data, magnets, standing.directions[k], standing.heights[k], approach.depth,
-                touching,
-            )
+        gaps, limit = _gaps(model, data, magnets, geoms, level, walls), None
+        bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
+        repels = not other.images and repel_on_rail(model, data, magnets, apart)
+        while walls and not repels and (room := _room(gaps, bare)) > 0:
+            force = pull(gaps[0], np.where(acts, factor, 0))
+            found = softest_limit(model, data, magnets, walls, force, room)
+            if not found:
+                break
+            # Without others, a limit must do more than its share: the mildest remedy is for it.
+            limit = found if limit is None or found.constant > limit.constant else limit
+            walls.remove(found.joint)
+            gaps = _gaps(model, data, magnets, geoms, level, walls)
+        of_dipoles, of_geoms = gaps
+        possible = _possible_rows(own, geoms, of_geoms, whole=other.images > 0)
+        if 0 < len(possible) < len(own):
+            return self.meeting(magnets, possible, soft)
+        near = bare & (of_dipoles <= COINCIDENCE)
+        held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
+        approach = linked = None
+        if not len(possible) and len(own) == len(touching):
+            held = np.full_like(held, np.inf)
+        may_touch = (held < np.inf).any()
+        masses = _masses(model, magnets, touching)
+        if standing and may_touch:
+            approach, k = closest_to_plane(one, other, standing, level, masses, duo)
+            approach = approach and approach._replace(
+                contacts=contacts_that_share(
+                    model, data, magnets, standing.directions[k], standing.heights[k],
+                    approach.depth, touching,
+                )
+            )  # fmt: skip
+        elif true and may_touch:
+            depth = depth_of_nearest(sides, held)
+            force, gradient = true.pull(0.0, SUNK * depth)
+            if clearance.touched.any():
+                touching = touching[clearance.touched]
+                masses = _masses(model, magnets, touching)
+            if 0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf:
+                approach = Approach(4 * force / gradient, force, *masses, depth, pull=force)
+        elif may_touch:
+            approach = closest_approach(sides, held, factor, masses)
+        if approach and not limit:
+            slides = covers.slides(one) | covers.slides(other)
+            force = approach.force, 4 * approach.force / approach.distance
+            room = approach.depth
+            found = slides and softest_limit(model, data, magnets, [*slides], force, room)
+            if found:
+                again = self.meeting(magnets, own, soft | {found.joint})
+                return again and again._replace(soft_limit=found)
+        spacing = coarsest(sides, held) if approach else None
+        kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
+        if kept.any():
+            force = pull(np.where(kept, of_dipoles, np.inf), factor)
+            linked = _linked(model, data, magnets, force)
+        held_iron = np.where(factor > 0, apart if len(touching) else -np.inf, np.inf)
+        iron = None if other.images else close_iron(
+            model, magnets, self._strong, of_dipoles, held_iron)  # fmt: skip
+        if not (approach or linked or near.any() or iron):
+            return None
+        i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
+        exact = _is_exact(model, data, magnets, geoms)
+        return Meeting(
+            magnets, (int(i), int(j)), 1, touching, touching, approach, linked,
+            bool(near.any()), spacing, iron, limit, exact, repels,
         )  # fmt: skip
-    elif may_touch:
-        approach = closest_approach(sides, held, factor, masses, duo)
-    spacing = coarsest(sides, held) if approach else None
-    kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
-    if kept.any():
-        linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
-    held_iron = np.where(factor > 0, apart if len(touching) else -np.inf, np.inf)
-    iron = None if other.images else close_iron(model, magnets, strong, of_dipoles, held_iron)
-    if not (approach or linked or near.any() or iron):
-        return None
-    i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
-    exact = _is_exact(model, data, magnets, geoms)
-    return Meeting(
-        magnets, (int(i), int(j)), 1, touching, touching, approach, linked,
-        bool(near.any()), spacing, iron, soft, exact, repels,
-    )  # fmt: skip
 
 
 def _possible_rows(
@@ -193,12 +252,10 @@ def _linked(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     magnets: tuple[Magnet, Magnet],
-    apart: Array,
-    factor: Array,
+    pull: tuple[float, float],
 ) -> Approach | None:
     """Return the closest approach of magnets whose dipoles only joints keep apart."""
-    images = magnets[1].images
-    force, gradient = attraction(*magnets, apart + apart.T if images else apart, factor)
+    force, gradient = pull
     response = sum(swinging_response(model, data, magnet) for magnet in magnets)
     if not (0 < force < np.inf and 0 < gradient < np.inf):
         return None
