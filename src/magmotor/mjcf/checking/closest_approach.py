@@ -95,8 +95,8 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         welds = np.sort(weld_of[like[:, :2]], axis=1)
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
         if found := scene.meeting((one, other), own, frozenset()):
-            more = found.touching[~np.isin(found.touching @ [1, 1j, 0], own @ [1, 1j, 0])]
-            yield found._replace(number=len(members), like=np.vstack([like, more]))
+            alone = len(members) == 1
+            yield found._replace(number=len(members), like=found.touching if alone else like)
 
 
 class _Scene:
@@ -367,15 +367,29 @@ def _room(gaps: tuple[Array, Array], bare: NDArray[np.bool_]) -> float:
 def _masses(
     model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], touching: NDArray
 ) -> tuple[float, float]:
-    """Return the reduced mass that MuJoCo assumes in contacts, and that of the bodies alone."""
+    """Return the reduced mass that MuJoCo assumes in contacts, and that of the bodies alone.
+
+    A magnet that others cover counts with the mass of what touches, which stops it, if it is more.
+    """
     bodies = np.array([magnet.body for magnet in magnets])
     if len(touching):
         assumed = model.body_invweight0[model.geom_bodyid[touching[:, :2]], 0].sum(axis=1).max()
     else:
         assumed = model.body_invweight0[bodies, 0].sum()
-    moving = bodies[model.body_dofnum[bodies] > 0]
-    alone = sum(1 / model.body_mass[model.body_weldid == body].sum() for body in moving)
+    touched = np.setdiff1d(model.body_weldid[model.geom_bodyid[touching[:, :2]]], bodies)
+    roots, alone = model.body_rootid, 0.0
+    for body in bodies[model.body_dofnum[bodies] > 0].tolist():
+        others = touched[roots[touched] == roots[body]].tolist()
+        if body not in model.body_weldid[model.geom_bodyid[touching[:, :2]]] and others:
+            own = max(_mass(model, body), min(_mass(model, other) for other in others))
+        else:
+            own = _mass(model, body)
+        alone += 1 / own
     return (1 / assumed if assumed else np.inf, float(1 / alone))
+
+
+def _mass(model: mujoco.MjModel, body: int) -> float:
+    return float(model.body_mass[model.body_weldid == body].sum())
 
 
 def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray[np.bool_], Array]:
