@@ -38,6 +38,7 @@ from magmotor.mjcf.checking.touch import (
     closest_to_plane,
     coarsest,
     depth_of_nearest,
+    pull_above_plane,
 )
 from magmotor.mjcf.checking.true_approach import TrueApproach
 from magmotor.mjcf.checking.true_pull import duo_of
@@ -163,6 +164,10 @@ class _Scene:
             nearest = float(distance.min())
             if true and 0 < nearest < np.inf:
                 return true.pull(nearest, SUNK * nearest)
+            if duo and 0 < nearest < np.inf:
+                solid = one.elements[one.elements >= model.nsite] - model.nsite
+                found = stand(model, data, magnets, solid, 0.0, covers, freedom)
+                return pull_above_plane(one, other, found, nearest, duo)
             distance = distance + distance.T if other.images else distance
             return attraction(one, other, distance, weight)
 

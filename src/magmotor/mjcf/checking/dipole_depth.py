@@ -139,8 +139,10 @@ class Side:
         gaps = np.max([level for level, _ in reached], axis=0) - inner
         chosen: list[int] = []
         for k in np.argsort(gaps, kind="stable").tolist():
-            if len(chosen) < BARE and (directions[chosen] @ directions[k] < APART).all():
+            if (directions[chosen] @ directions[k] < APART).all():
                 chosen.append(k)
+            if len(chosen) == BARE:
+                break
         return directions[chosen]
 
     def along(self, k: int) -> Array:

@@ -113,6 +113,22 @@ def closest_to_plane(
     return Approach(4 * force / gradient, force, *masses, depth, pull=force), k
 
 
+def pull_above_plane(
+    magnet: Magnet, plane: Magnet, found: Stand | None, least: float, duo: Duo
+) -> tuple[float, float]:
+    """Return the force of true shapes whose dipoles are `least` or more above a plane of iron.
+
+    Its gradient is the second number. `found` is how they would be on it.
+    """
+    if found is None:
+        return 0.0, 0.0
+    rise = np.maximum(least - found.heights.min(axis=1), 0.0)
+    higher = found._replace(heights=found.heights + rise[:, np.newaxis])
+    forces, gradients = _true_pulls_of_plane(duo, magnet, plane, higher, least)
+    k = int(forces.argmax())
+    return float(forces[k]), float(gradients[k])
+
+
 def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
     """Return the coarsest spacing where two magnets touch; `apart` as for `closest_approach`.
 
