@@ -224,7 +224,6 @@ def test_no_orientation_has_a_stronger_force_than_is_said():
         body = f'<geom type="{kind}" size=".012 .012 .012"/>{sites}'
         model = load(CLUSTER.format(0.1, "1 0 0 0", body))
         data, found = meeting(model)
-        magnet = found.magnets[0]
         freedom, covers = Freedom(model, data, found.magnets, []), Covers(model, data)
         best = stand(model, data, found.magnets, np.array([1]), 0.0, covers, freedom)
         assert best is not None

@@ -1,6 +1,6 @@
 """Which magnets of a model can come near each other, and how near."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
-from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
 from magmotor.mjcf.checking.clearance import Clearance
+from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
 from magmotor.mjcf.checking.contact_rule import SUNK, Approach
 from magmotor.mjcf.checking.covers import Covers
 from magmotor.mjcf.checking.dipole_depth import Side
 from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
-    bounding_radii,
     contact_margin,
     geoms_of,
     numbers_of_kinds,
@@ -25,15 +24,16 @@ from magmotor.mjcf.checking.geoms import (
     touching_geoms,
 )
 from magmotor.mjcf.checking.groups_of_pairs import groups_of_pairs
+from magmotor.mjcf.checking.joint_gaps import gaps_of, possible_rows, room_of
 from magmotor.mjcf.checking.joint_limits import SoftLimit, softest_limit
 from magmotor.mjcf.checking.poses import Freedom
 from magmotor.mjcf.checking.rails import repel_on_rail
-from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
 from magmotor.mjcf.checking.stand_off import contacts_that_share, stand
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
-from magmotor.mjcf.checking.swept import limited_joints, swept_gaps, swept_joints
+from magmotor.mjcf.checking.swept import limited_joints
 from magmotor.mjcf.checking.touch import (
     Spacing,
+    approach_of,
     closest_approach,
     closest_to_plane,
     coarsest,
@@ -42,7 +42,7 @@ from magmotor.mjcf.checking.touch import (
 )
 from magmotor.mjcf.checking.true_approach import TrueApproach
 from magmotor.mjcf.checking.true_pull import duo_of
-from magmotor.mjcf.declarations.iron import PLANE, SPHERE
+from magmotor.mjcf.declarations.iron import SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
 
 
@@ -112,7 +112,7 @@ class _Scene:
     ) -> None:
         self._model, self._data, self._rows, self._strong = model, data, rows, strong
         self._sides: dict[tuple, Side] = {}
-        self._covers: dict[frozenset[int], Covers] = {}
+        self._covers = {frozenset[int](): Covers(model, data)}
 
     def _side(self, magnet: Magnet, geoms: NDArray, margin: float, soft: frozenset[int]) -> Side:
         key = magnet.body, magnet.images, geoms.tobytes(), margin, soft
@@ -130,24 +130,20 @@ class _Scene:
         are slides whose limits are too soft to keep in place what covers them.
         """
         model, data, (one, other) = self._model, self._data, magnets
-        if soft not in self._covers:
-            self._covers[soft] = Covers(model, data, soft)
-        covers = self._covers[soft]
+        covers = self._covers.setdefault(soft, Covers(model, data, soft))
         acts, factor = _factors(model, one, other)
         touching = np.vstack([own, covers.rows(one, other, self._rows)])
         margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
         geoms = [geoms_of(model, magnet, own) for magnet in magnets]
-        both = np.unique(touching[:, :2])
-        around = [both[[covers.hold(m, geom) for geom in both.tolist()]] for m in magnets]
-        sides = (
-            self._side(one, around[0], margin, soft),
-            self._side(other, geoms[1] if other.images else around[1], 0.0, soft),
-        )
+        around = [covers.around(magnet, touching) for magnet in magnets]
+        if other.images:
+            around[1] = geoms[1]
+            geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
+        sides = self._side(one, around[0], margin, soft), self._side(other, around[1], 0.0, soft)
         walls = [j for j in limited_joints(model, one.body, other.body) if j not in soft]
         freedom = Freedom(model, data, magnets, walls)
         level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
         if other.images:
-            geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
             standing = stand(model, data, magnets, geoms[0], margin + level, covers, freedom)
             deepest = standing.heights.min(axis=0) if standing else [-np.inf] * len(one.strengths)
             apart = np.array(deepest)[:, np.newaxis]
@@ -162,19 +158,18 @@ class _Scene:
         def pull(distance: Array, weight: Array) -> tuple[float, float]:
             """Return the force at distances of dipoles, and its gradient."""
             nearest = float(distance.min())
-            if true and 0 < nearest < np.inf:
-                return true.pull(nearest, SUNK * nearest)
             if duo and 0 < nearest < np.inf:
+                if true:
+                    return true.pull(nearest, SUNK * nearest)
                 solid = one.elements[one.elements >= model.nsite] - model.nsite
                 found = stand(model, data, magnets, solid, 0.0, covers, freedom)
                 return pull_above_plane(one, other, found, nearest, duo)
-            distance = distance + distance.T if other.images else distance
-            return attraction(one, other, distance, weight)
+            return attraction(one, other, distance + distance.T * (other.images > 0), weight)
 
-        gaps, limit = _gaps(model, data, magnets, geoms, level, walls), None
+        gaps, limit = gaps_of(model, data, magnets, geoms, level, walls), None
         bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
         repels = not other.images and repel_on_rail(model, data, magnets, apart)
-        while walls and not repels and (room := _room(gaps, bare)) > 0:
+        while walls and not repels and (room := room_of(gaps, bare)) > 0:
             force = pull(gaps[0], np.where(acts, factor, 0))
             found = softest_limit(model, data, magnets, walls, force, room)
             if not found:
@@ -182,9 +177,9 @@ class _Scene:
             # Without others, a limit must do more than its share: the mildest remedy is for it.
             limit = found if limit is None or found.constant > limit.constant else limit
             walls.remove(found.joint)
-            gaps = _gaps(model, data, magnets, geoms, level, walls)
+            gaps = gaps_of(model, data, magnets, geoms, level, walls)
         of_dipoles, of_geoms = gaps
-        possible = _possible_rows(own, geoms, of_geoms, whole=other.images > 0)
+        possible = possible_rows(own, geoms, of_geoms, whole=other.images > 0)
         if 0 < len(possible) < len(own):
             return self.meeting(magnets, possible, soft)
         near = bare & (of_dipoles <= COINCIDENCE)
@@ -204,20 +199,16 @@ class _Scene:
             )  # fmt: skip
         elif true and may_touch:
             depth = depth_of_nearest(sides, held)
-            force, gradient = true.pull(0.0, SUNK * depth)
+            force = true.pull(0.0, SUNK * depth)
             if clearance.touched.any():
                 touching = touching[clearance.touched]
-                masses = _masses(model, magnets, touching)
-            if 0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf:
-                approach = Approach(4 * force / gradient, force, *masses, depth, pull=force)
+            approach = approach_of(*force, _masses(model, magnets, touching), depth)
         elif may_touch:
             approach = closest_approach(sides, held, factor, masses)
-        if approach and not limit:
-            slides = covers.slides(one) | covers.slides(other)
+        slides = covers.slides(one) | covers.slides(other) if approach and not limit else set()
+        if approach and slides:
             force = approach.force, 4 * approach.force / approach.distance
-            room = approach.depth
-            found = slides and softest_limit(model, data, magnets, [*slides], force, room)
-            if found:
+            if found := softest_limit(model, data, magnets, [*slides], force, approach.depth):
                 again = self.meeting(magnets, own, soft | {found.joint})
                 return again and again._replace(soft_limit=found)
         spacing = coarsest(sides, held) if approach else None
@@ -226,8 +217,9 @@ class _Scene:
             force = pull(np.where(kept, of_dipoles, np.inf), factor)
             linked = _linked(model, data, magnets, force)
         held_iron = np.where(factor > 0, apart if len(touching) else -np.inf, np.inf)
-        iron = None if other.images else close_iron(
-            model, magnets, self._strong, of_dipoles, held_iron)  # fmt: skip
+        iron = None
+        if not other.images:
+            iron = close_iron(model, magnets, self._strong, of_dipoles, held_iron)
         if not (approach or linked or near.any() or iron):
             return None
         i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
@@ -236,21 +228,6 @@ class _Scene:
             magnets, (int(i), int(j)), 1, touching, touching, approach, linked,
             bool(near.any()), spacing, iron, limit, exact, repels,
         )  # fmt: skip
-
-
-def _possible_rows(
-    touching: NDArray, geoms: list[NDArray], gaps: Array, *, whole: bool
-) -> NDArray[np.int64]:
-    """Return the rows of two geoms that can touch, by lower bounds of their distances.
-
-    If `whole`, they are all rows, or none.
-    """
-    if whole:
-        return touching if (gaps <= 0).any() else touching[:0]
-    swapped = ~np.isin(touching[:, 0], geoms[0])
-    first, second = np.where(swapped, touching[:, [1, 0]].T, touching[:, :2].T)
-    places = np.searchsorted(geoms[0], first), np.searchsorted(geoms[1], second)
-    return touching[gaps[places] <= 0]
 
 
 def _linked(
@@ -289,84 +266,6 @@ def _is_exact(
         if not (free and centered and len(magnet.positions) == 1 and magnet.coils <= {-1}):
             return False
     return True
-
-
-def _gaps(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    magnets: tuple[Magnet, Magnet],
-    geoms: list[NDArray],
-    level: float,
-    walls: Collection[int],
-) -> tuple[Array, Array]:
-    """Return how near dipoles, and geoms, of two magnets come to each other at least.
-
-    The columns are those of the other magnet; a plane has one, at the height `level` above it.
-    `walls` are the joints that stop at their limits.
-    """
-    one, other = magnets
-    ancestor = common_ancestor(model, one.body, other.body)
-    bodies = one.body, other.body
-    found, swept = [], swept_joints(model, *bodies, walls)
-    for places in ([m.positions for m in magnets], [data.geom_xpos[own] for own in geoms]):
-        reaches = [
-            reach(model, data, magnet.body, ancestor, points, walls)
-            for magnet, points in zip(magnets, places, strict=True)
-        ]
-        sizes = [bounding_radii(model, own) if found else np.zeros(1) for own in geoms]
-
-        if other.images and ancestor != other.body:
-            found.append(np.zeros((len(places[0]), 1)))
-        elif other.images:
-            plane = int(other.elements[0]) - model.nsite
-            lowest = _lowest(model, data, reaches[0], places[0], plane, swept, walls, bodies)
-            found.append((lowest - sizes[0] - level)[:, np.newaxis])
-        else:
-            least = reaches[0].gaps(reaches[1])
-            if swept and least.size:
-                within = swept_gaps(model, data, swept, walls, bodies, places)
-                least = np.maximum(least, within)
-            least = least - np.add.outer(*sizes)
-            found.append(least)
-    if not other.images:
-        of_geoms = found[1]
-        for side, rows in ((0, of_geoms), (1, of_geoms.T)):
-            planes = [k for k in range(len(rows)) if model.geom_type[geoms[side][k]] == PLANE]
-            ways = bodies[1 - side], bodies[side]
-            for k in planes if bodies[side] == ancestor else ():
-                lowest = _lowest(
-                    model, data, reaches[1 - side], places[1 - side], geoms[side][k], swept, walls,
-                    ways,
-                )  # fmt: skip
-                rows[k] = lowest - sizes[1 - side]
-    return found[0], found[1]
-
-
-def _lowest(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    own: Reach,
-    points: Array,
-    plane: int,
-    joints: list[int],
-    walls: Collection[int],
-    bodies: tuple[int, int],
-) -> Array:
-    """Return how high the points of the first body stay at least above a plane of the second."""
-    point, normal = data.geom_xpos[[plane]], data.geom_xmat[plane, 2::3]
-    lowest = own.lowest(point[0], normal)
-    if joints and lowest.size:
-        within = swept_gaps(model, data, joints, walls, bodies, [points, point], normal)
-        lowest = np.maximum(lowest, within[:, 0])
-    return lowest
-
-
-def _room(gaps: tuple[Array, Array], bare: NDArray[np.bool_]) -> float:
-    """Return the distance that limits keep: of bare dipoles, or of geoms; 0 if they keep none."""
-    of_dipoles, of_geoms = gaps
-    geoms = of_geoms.min(initial=np.inf)
-    room = min(of_dipoles.min(), geoms) if geoms > 0 else of_dipoles[bare].min(initial=np.inf)
-    return float(room) if np.isfinite(room) else 0.0
 
 
 def _masses(

@@ -66,9 +66,10 @@ class Covers:
             found |= {*joints_between(model, body, magnet.body)}
         return {joint for joint in found if self._stops[joint]}
 
-    def hold(self, magnet: Magnet, geom: int) -> bool:
-        """Return whether a geom moves along with a magnet, or is its own."""
-        return bool(self._along(magnet)[geom])
+    def around(self, magnet: Magnet, rows: NDArray) -> NDArray[np.int64]:
+        """Return the geoms of these rows that are a magnet's own or move along with it."""
+        both = np.unique(rows[:, :2])
+        return both[self._along(magnet)[both]]
 
     def _along(self, magnet: Magnet) -> NDArray[np.bool_]:
         """Return which geoms move along with a magnet, or are its own."""

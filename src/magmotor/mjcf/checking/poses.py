@@ -72,7 +72,7 @@ def any_poses(sides: tuple[Side, Side], apart: Array) -> Iterator[Pose]:
 def quarters(pose: Pose) -> Iterator[Pose]:
     """Yield the same pose with the second magnet turned by quarters about the normal."""
     x, y, z = pose.normal
-    quarter = np.outer(pose.normal, pose.normal) + [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    quarter = np.outer(pose.normal, pose.normal) + np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     turn, shift, center = pose.turn, pose.shift, pose.center
     for _ in range(3):
         turn, shift = quarter @ turn, quarter @ (shift - center) + center

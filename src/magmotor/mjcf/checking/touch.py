@@ -76,6 +76,13 @@ def closest_approach(
                 moments = (across, along), (tangent, -normal)
                 true, _ = pull_of(*moments, aside, np.maximum(height, COINCIDENCE), weight)
                 pull = max(pull, abs(true) if coiled or mirrored else true)
+    return approach_of(force, gradient, masses, depth, pull)
+
+
+def approach_of(
+    force: float, gradient: float, masses: tuple[float, float], depth: float, pull: float = 0.0
+) -> Approach | None:
+    """Return an approach with these numbers; None if nothing attracts or moves the magnets."""
     if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None  # as for a needle that only turns about its center
     return Approach(4 * force / gradient, force, *masses, depth, pull=pull or force)
@@ -108,9 +115,7 @@ def closest_to_plane(
         forces, gradients = attraction_of_images(magnet, plane.images, found)
     k = int(forces.argmax())
     force, gradient = float(forces[k]), float(gradients[k])
-    if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
-        return None, k
-    return Approach(4 * force / gradient, force, *masses, depth, pull=force), k
+    return approach_of(force, gradient, masses, depth), k
 
 
 def pull_above_plane(

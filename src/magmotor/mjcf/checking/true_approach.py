@@ -72,9 +72,9 @@ class TrueApproach:
         """Return the poses and how far the second magnet is along the normal in each."""
         found, moved = [], 0
         for pose in poses:
-            for start in pose.starts(least):
-                height, held = self._least(pose, start)
-                found.append((pose, height))
+            ends = [self._least(pose, start) for start in pose.starts(least)]
+            found += [(pose, height) for height, _ in ends]
+            height, held = ends[0]
             if held and self._free and moved < MOVED:
                 moved += 1
                 others = [(each, self._least(each, least)[0]) for each in beside(self._sides, pose)]
