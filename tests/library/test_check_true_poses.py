@@ -5,6 +5,7 @@ stand beside the bounds; three digits of a pull are shown.
 """
 
 import re
+from typing import Any
 
 import magpylib
 import mujoco
@@ -126,7 +127,8 @@ def on_rim(gap):
     image = magpylib.magnet.Cylinder(
         polarization=(0, 0, -REMANENCE), dimension=(width, height), position=(width + 2 * gap, 0, 0)
     )
-    return magpylib.getFT(image, disk, meshing=2000)[0][0] * STEEL / (STEEL + 2)
+    force: Any = magpylib.getFT(image, disk, meshing=2000)
+    return force[0][0] * STEEL / (STEEL + 2)
 
 
 def cart(joints):

@@ -117,7 +117,7 @@ class Clearance:
             if apart <= CLOSE * size:
                 break
             across = ends[3:] - ends[:3]
-            closing = abs(float(across @ normal)) / np.linalg.norm(across)
+            closing = abs(float(across @ normal)) / float(np.linalg.norm(across))
             # From one to the other, whichever of the two MuJoCo has put first:
             if (across @ normal) * (
                 across @ (place + end * normal - self._data.geom_xpos[one])
@@ -141,4 +141,4 @@ def _is_of(
     weld = [int(model.body_weldid[model.geom_bodyid[geom]]) for geom in row[:2]]
     if magnet.body in weld:
         return weld[0] == magnet.body
-    return covers.places(magnet, row[0]) is not None
+    return len(covers.places(magnet, row[0])) > 0

@@ -28,7 +28,7 @@ from magmotor.mjcf.checking.joint_gaps import gaps_of, possible_rows, room_of
 from magmotor.mjcf.checking.joint_limits import SoftLimit, softest_limit
 from magmotor.mjcf.checking.poses import Freedom
 from magmotor.mjcf.checking.rails import repel_on_rail
-from magmotor.mjcf.checking.stand_off import contacts_that_share, stand
+from magmotor.mjcf.checking.stand_off import Stand, contacts_that_share, stand
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.checking.swept import limited_joints
 from magmotor.mjcf.checking.touch import (
@@ -83,11 +83,10 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    rows = touching_geoms(model)
-    geoms, pairs = rows_of_magnets(model, magnets, rows)
+    scene = _Scene(model, data, magnets)
+    geoms, pairs = rows_of_magnets(model, magnets, scene.rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
-    scene = _Scene(model, data, rows, strong_iron(model, magnets))
     groups = np.full_like(touching, -1)
     for k, members in enumerate(groups_of_pairs(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
@@ -95,138 +94,184 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
         like = geoms[groups[pairs[:, 0], pairs[:, 1]] == k]
         welds = np.sort(weld_of[like[:, :2]], axis=1)
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
-        if found := scene.meeting((one, other), own, frozenset()):
+        if found := _Pair(scene, (one, other), own).meeting():
             alone = len(members) == 1
             yield found._replace(number=len(members), like=found.touching if alone else like)
 
 
 class _Scene:
-    """A model and what is the same for all of its pairs of magnets."""
+    """A model and what is the same for several of its pairs of magnets."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, magnets: list[Magnet]) -> None:
+        self.model, self.data = model, data
+        self.rows, self.strong = touching_geoms(model), strong_iron(model, magnets)
+        self._sides: dict[tuple, Side] = {}
+        self._covers: dict[frozenset[int], Covers] = {}
+
+    def covers(self, soft: frozenset[int]) -> Covers:
+        """Return what moves along with magnets; `soft` are slides whose limits are too soft."""
+        if soft not in self._covers:
+            self._covers[soft] = Covers(self.model, self.data, soft)
+        return self._covers[soft]
+
+    def side(self, magnet: Magnet, geoms: NDArray, margin: float, soft: frozenset[int]) -> Side:
+        """Return the dipoles of a magnet below the surfaces of these geoms."""
+        key = magnet.body, magnet.images, geoms.tobytes(), margin, soft
+        if key not in self._sides:
+            covers = self.covers(soft)
+            self._sides[key] = Side(self.model, self.data, magnet, geoms, margin, covers)
+        return self._sides[key]
+
+
+class _Pair:
+    """Two magnets and what can keep them apart.
+
+    `own` are rows of two geoms of theirs that may touch, and their contact pair or -1; `soft` are
+    slides whose limits are too soft to keep in place what covers them.
+    """
 
     def __init__(
         self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        rows: NDArray[np.int64],
-        strong: NDArray[np.bool_],
+        scene: _Scene,
+        magnets: tuple[Magnet, Magnet],
+        own: NDArray,
+        soft: frozenset[int] = frozenset(),
     ) -> None:
-        self._model, self._data, self._rows, self._strong = model, data, rows, strong
-        self._sides: dict[tuple, Side] = {}
-        self._covers = {frozenset[int](): Covers(model, data)}
-
-    def _side(self, magnet: Magnet, geoms: NDArray, margin: float, soft: frozenset[int]) -> Side:
-        key = magnet.body, magnet.images, geoms.tobytes(), margin, soft
-        if key not in self._sides:
-            covers = self._covers[soft]
-            self._sides[key] = Side(self._model, self._data, magnet, geoms, margin, covers)
-        return self._sides[key]
-
-    def meeting(
-        self, magnets: tuple[Magnet, Magnet], own: NDArray, soft: frozenset[int]
-    ) -> Meeting | None:
-        """Return how two magnets meet; None if nothing of them can.
-
-        `own` are rows of two geoms of theirs that may touch, and their contact pair or -1; `soft`
-        are slides whose limits are too soft to keep in place what covers them.
-        """
-        model, data, (one, other) = self._model, self._data, magnets
-        covers = self._covers.setdefault(soft, Covers(model, data, soft))
-        acts, factor = _factors(model, one, other)
-        touching = np.vstack([own, covers.rows(one, other, self._rows)])
+        self._scene, self._magnets, self._own, self._soft = scene, magnets, own, soft
+        model, data, (one, other) = scene.model, scene.data, magnets
+        self._state = model, data, magnets
+        self._covers = covers = scene.covers(soft)
+        self._acts, self._factor = _factors(model, one, other)
+        self._touching = touching = np.vstack([own, covers.rows(one, other, scene.rows)])
         margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
-        geoms = [geoms_of(model, magnet, own) for magnet in magnets]
+        self._geoms = [geoms_of(model, magnet, own) for magnet in magnets]
         around = [covers.around(magnet, touching) for magnet in magnets]
         if other.images:
-            around[1] = geoms[1]
-            geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
-        sides = self._side(one, around[0], margin, soft), self._side(other, around[1], 0.0, soft)
-        walls = [j for j in limited_joints(model, one.body, other.body) if j not in soft]
-        freedom = Freedom(model, data, magnets, walls)
-        level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
+            around[1] = self._geoms[1]
+            self._geoms[0] = np.setdiff1d(touching[:, :2], around[1])
+        self._sides = (
+            scene.side(one, around[0], margin, soft),
+            scene.side(other, around[1], 0, soft),
+        )
+        joints = limited_joints(model, one.body, other.body)
+        self._walls = [joint for joint in joints if joint not in soft]
+        self._freedom = Freedom(model, data, magnets, self._walls)
+        self._duo = duo_of(model, data, magnets)
+        self._level, self._standing, self._clearance = 0.0, None, None
         if other.images:
-            standing = stand(model, data, magnets, geoms[0], margin + level, covers, freedom)
-            deepest = standing.heights.min(axis=0) if standing else [-np.inf] * len(one.strengths)
-            apart = np.array(deepest)[:, np.newaxis]
+            self._level = max(0.0, float(self._sides[1].depth[0]))
+            self._standing = self._stand(self._geoms[0], margin + self._level)
+            heights = (
+                self._standing.heights if self._standing else np.full((1, len(one.axes)), -np.inf)
+            )
+            self._apart = heights.min(axis=0)[:, np.newaxis]
         else:
-            apart = sides[0].depth[:, np.newaxis] + sides[1].depth
-        duo = duo_of(model, data, magnets)
-        true = None
-        if duo and not other.images:
-            clearance = Clearance(model, data, magnets, touching, covers)
-            true = TrueApproach(duo, sides, clearance, freedom, np.where(acts, 0.0, np.inf))
+            self._apart = self._sides[0].depth[:, np.newaxis] + self._sides[1].depth
+            if self._duo:
+                self._clearance = Clearance(model, data, magnets, touching, covers)
+        self._bare = self._acts & (self._apart < COINCIDENCE)
+        """Which dipoles no contact keeps apart."""
 
-        def pull(distance: Array, weight: Array) -> tuple[float, float]:
-            """Return the force at distances of dipoles, and its gradient."""
-            nearest = float(distance.min())
-            if duo and 0 < nearest < np.inf:
-                if true:
-                    return true.pull(nearest, SUNK * nearest)
-                solid = one.elements[one.elements >= model.nsite] - model.nsite
-                found = stand(model, data, magnets, solid, 0.0, covers, freedom)
-                return pull_above_plane(one, other, found, nearest, duo)
-            return attraction(one, other, distance + distance.T * (other.images > 0), weight)
+    def _stand(self, geoms: NDArray, margin: float) -> Stand | None:
+        return stand(*self._state, geoms, margin, self._covers, self._freedom)
 
-        gaps, limit = gaps_of(model, data, magnets, geoms, level, walls), None
-        bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
-        repels = not other.images and repel_on_rail(model, data, magnets, apart)
-        while walls and not repels and (room := room_of(gaps, bare)) > 0:
-            force = pull(gaps[0], np.where(acts, factor, 0))
-            found = softest_limit(model, data, magnets, walls, force, room)
+    def _pull(self, least: float, step: float) -> tuple[float, float]:
+        """Return the force of true shapes whose dipoles are so far apart, and its gradient."""
+        (one, other), duo = self._magnets, self._duo
+        if not duo or not least < np.inf:
+            return 0.0, 0.0
+        if self._clearance:
+            true = TrueApproach(duo, self._sides, self._clearance, self._freedom, self._acts)
+            return true.pull(least, step)
+        solid = one.elements[one.elements >= self._scene.model.nsite] - self._scene.model.nsite
+        return pull_above_plane(one, other, self._stand(solid, 0.0), least, duo)
+
+    def _pull_at(self, distance: Array, weight: Array) -> tuple[float, float]:
+        """Return the force at distances of dipoles, and its gradient."""
+        if self._duo:
+            least = float(distance.min())
+            return self._pull(least, SUNK * least)
+        images = self._magnets[1].images
+        return attraction(*self._magnets, distance + distance.T if images else distance, weight)
+
+    def _limited(self, repels: bool) -> tuple[tuple[Array, Array], SoftLimit | None]:
+        """Return what joints leave of gaps, and the softest limit that does not count for that."""
+        walls, limit = [*self._walls], None
+        weight = np.where(self._acts, self._factor, 0)
+        gaps = gaps_of(*self._state, self._geoms, self._level, walls)
+        while walls and not repels and (room := room_of(gaps, self._bare)) > 0:
+            force = self._pull_at(gaps[0], weight)
+            found = softest_limit(*self._state, walls, force, room)
             if not found:
                 break
             # Without others, a limit must do more than its share: the mildest remedy is for it.
             limit = found if limit is None or found.constant > limit.constant else limit
             walls.remove(found.joint)
-            gaps = gaps_of(model, data, magnets, geoms, level, walls)
-        of_dipoles, of_geoms = gaps
-        possible = possible_rows(own, geoms, of_geoms, whole=other.images > 0)
-        if 0 < len(possible) < len(own):
-            return self.meeting(magnets, possible, soft)
-        near = bare & (of_dipoles <= COINCIDENCE)
-        held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
-        approach = linked = None
-        if not len(possible) and len(own) == len(touching):
-            held = np.full_like(held, np.inf)
-        may_touch = (held < np.inf).any()
-        masses = _masses(model, magnets, touching)
-        if standing and may_touch:
-            approach, k = closest_to_plane(one, other, standing, level, masses, duo)
-            approach = approach and approach._replace(
+            gaps = gaps_of(*self._state, self._geoms, self._level, walls)
+        return gaps, limit
+
+    def _approach(self, held: Array) -> Approach | None:
+        """Return the closest approach; only what then touches remains in `_touching`.
+
+        `held` are the distances of dipoles that geoms keep apart, and infinite for others.
+        """
+        if not (held < np.inf).any():
+            return None
+        model, (one, other) = self._scene.model, self._magnets
+        masses = _masses(model, self._magnets, self._touching)
+        if stands := self._standing:
+            found, k = closest_to_plane(one, other, stands, self._level, masses, self._duo)
+            return found and found._replace(
                 contacts=contacts_that_share(
-                    model, data, magnets, standing.directions[k], standing.heights[k],
-                    approach.depth, touching,
+                    *self._state, stands.directions[k], stands.heights[k], found.depth,
+                    self._touching,
                 )
             )  # fmt: skip
-        elif true and may_touch:
-            depth = depth_of_nearest(sides, held)
-            force = true.pull(0.0, SUNK * depth)
-            if clearance.touched.any():
-                touching = touching[clearance.touched]
-            approach = approach_of(*force, _masses(model, magnets, touching), depth)
-        elif may_touch:
-            approach = closest_approach(sides, held, factor, masses)
-        slides = covers.slides(one) | covers.slides(other) if approach and not limit else set()
-        if approach and slides:
-            force = approach.force, 4 * approach.force / approach.distance
-            if found := softest_limit(model, data, magnets, [*slides], force, approach.depth):
-                again = self.meeting(magnets, own, soft | {found.joint})
-                return again and again._replace(soft_limit=found)
-        spacing = coarsest(sides, held) if approach else None
-        kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
+        if not self._clearance:
+            return closest_approach(self._sides, held, self._factor, masses)
+        depth = depth_of_nearest(self._sides, held)
+        force, gradient = self._pull(0.0, SUNK * depth)
+        if self._clearance.touched.any():
+            self._touching = self._touching[self._clearance.touched]
+            masses = _masses(model, self._magnets, self._touching)
+        return approach_of(force, gradient, masses, depth)
+
+    def _soft_cover(self, approach: Approach) -> SoftLimit | None:
+        """Return the softest limit that does not keep in place what covers a magnet."""
+        slides = self._covers.slides(self._magnets[0]) | self._covers.slides(self._magnets[1])
+        force = approach.force, 4 * approach.force / approach.distance
+        return softest_limit(*self._state, [*slides], force, approach.depth) if slides else None
+
+    def meeting(self) -> Meeting | None:
+        """Return how they meet; None if nothing of them can."""
+        magnets, acts, apart, bare = self._magnets, self._acts, self._apart, self._bare
+        model, flat = self._scene.model, magnets[1].images != 0
+        repels = not flat and repel_on_rail(*self._state, apart)
+        (of_dipoles, of_geoms), limit = self._limited(repels)
+        possible = possible_rows(self._own, self._geoms, of_geoms, whole=flat)
+        if 0 < len(possible) < len(self._own):
+            return _Pair(self._scene, magnets, possible, self._soft).meeting()
+        near = bare & (of_dipoles <= COINCIDENCE)
+        touches = len(possible) or len(self._own) < len(self._touching)
+        held = np.where(acts & (apart >= COINCIDENCE) & bool(touches), apart, np.inf)
+        approach = self._approach(held)
+        if approach and not limit and (soft := self._soft_cover(approach)):
+            again = _Pair(self._scene, magnets, self._own, self._soft | {soft.joint}).meeting()
+            return again and again._replace(soft_limit=soft)
+        spacing = coarsest(self._sides, held) if approach else None
+        kept, linked = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf), None
         if kept.any():
-            force = pull(np.where(kept, of_dipoles, np.inf), factor)
-            linked = _linked(model, data, magnets, force)
-        held_iron = np.where(factor > 0, apart if len(touching) else -np.inf, np.inf)
-        iron = None
-        if not other.images:
-            iron = close_iron(model, magnets, self._strong, of_dipoles, held_iron)
+            force = self._pull_at(np.where(kept, of_dipoles, np.inf), self._factor)
+            linked = _linked(*self._state, force)
+        outer = np.where(self._factor > 0, apart if len(self._touching) else -np.inf, np.inf)
+        strong = self._scene.strong
+        iron = None if flat else close_iron(model, magnets, strong, of_dipoles, outer)
         if not (approach or linked or near.any() or iron):
             return None
         i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
-        exact = _is_exact(model, data, magnets, geoms)
         return Meeting(
-            magnets, (int(i), int(j)), 1, touching, touching, approach, linked,
-            bool(near.any()), spacing, iron, limit, exact, repels,
+            magnets, (int(i), int(j)), 1, self._touching, self._touching, approach, linked,
+            bool(near.any()), spacing, iron, limit, _is_exact(*self._state, self._geoms), repels,
         )  # fmt: skip
 
 

@@ -78,14 +78,14 @@ class Covers:
             near = (model.body_rootid[self._welds] == root) & (root > 0)
             near |= self._welds == magnet.body
             for geom in np.flatnonzero(near).tolist():
-                near[geom] = self.places(magnet, geom) is not None
+                near[geom] = len(self.places(magnet, geom)) > 0
             self._found[magnet.body] = near
         return self._found[magnet.body]
 
-    def places(self, magnet: Magnet, geom: int) -> Array | None:
+    def places(self, magnet: Magnet, geom: int) -> Array:
         """Return where a geom can be as seen from a magnet, less where it is, in m, shape (k, 3).
 
-        Between these extreme places, it can be anywhere. None if it does not move along.
+        Between these extreme places, it can be anywhere. There are none if it does not move along.
         """
         model, data = self._model, self._data
         body = int(model.body_weldid[model.geom_bodyid[geom]])
@@ -100,12 +100,12 @@ class Covers:
             elif self._leaves(joint, [geom]) or self._leaves_magnet(joint, magnet):
                 hinges.append(joint)
             else:
-                return None
+                return np.zeros((0, 3))
         for end, joint in itertools.product(slides, hinges):
             way = end[1] - end[0]
             if np.linalg.norm(np.cross(way, data.xaxis[joint])) > STRAIGHT:
-                return None  # at other places of the slide, the hinge moves something
-        return np.array([sum(ends, np.zeros(3)) for ends in itertools.product(*slides)])
+                return np.zeros((0, 3))  # at other places of the slide, the hinge moves something
+        return np.array([sum(ends, np.zeros(3)) for ends in itertools.product(*slides)], float)
 
     def _leaves(self, joint: int, geoms: list[int]) -> bool:
         return all(_symmetric(self._model, self._data, geom, joint) for geom in geoms)

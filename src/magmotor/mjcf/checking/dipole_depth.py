@@ -116,7 +116,7 @@ class Side:
         """Return the depths of points in a geom wherever it can be, and the normals there."""
         model, data, ways = self._model, self._data, self._covers.places(self.magnet, geom)
         found = [depth_and_normal(model, data, geom, points - way)
-                 for way in ([np.zeros(3)] if ways is None else ways)]  # fmt: skip
+                 for way in ways]  # fmt: skip
         depths, normals = (np.array(parts) for parts in zip(*found, strict=True))
         least, each = depths.argmin(axis=0), np.arange(len(points))
         return depths[least, each], normals[least, each]

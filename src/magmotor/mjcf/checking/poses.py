@@ -1,8 +1,8 @@
 """The poses of two magnets, as seen from each other, that their joints allow.
 
 Where a joint lets magnets turn in all ways, each face of one can be on each face of the other.
-Hinges that are all parallel, or of two directions, leave fewer orientations; in each of them, a face
-of one or the other is turned toward the partner. Slides, too, leave some directions out.
+Hinges that are all parallel, or of two directions, leave fewer orientations; in each of them, a
+face of one or the other is turned toward the partner. Slides, too, leave some directions out.
 """
 
 import itertools
@@ -51,13 +51,14 @@ class Pose(NamedTuple):
         return [start, max(start, self.aside / 2)] if self.aside else [start]
 
 
-def any_poses(sides: tuple[Side, Side], apart: Array) -> Iterator[Pose]:
+def any_poses(sides: tuple[Side, Side], acts: NDArray[np.bool_]) -> Iterator[Pose]:
     """Yield poses with faces toward each other, dipole on dipole.
 
-    `apart` (n, m) are distances of dipoles, infinite for those that are left out.
+    `acts` (n, m) says which dipoles act on which.
     """
     one, other = sides
     pairs = np.stack(np.meshgrid(one.distinct, other.distinct), axis=-1).reshape(-1, 2)
+    apart = np.where(acts, one.depth[:, np.newaxis] + other.depth, np.inf)
     near = apart[one.dipole[pairs[:, 0]], other.dipole[pairs[:, 1]]]
     chosen = np.argsort(near, kind="stable")[: min(MOST, (near < np.inf).sum())]
     onto = np.diag([1.0, -1.0, -1.0])
@@ -152,7 +153,7 @@ class Freedom:
     def turned(self, direction: Array) -> Array:
         """Return a direction (k, 3) of the second magnet, as joints can turn it."""
         every = itertools.product(*map(self._angles, self._groups))
-        return np.array([self._moved(angles)[0] @ direction for angles in every])
+        return np.array([self._moved(angles)[0] @ direction for angles in every], float)
 
     def allows(self, directions: Array, direction: Array) -> NDArray[np.bool_]:
         """Return which directions (k, 3) joints can give to one of the second magnet.
@@ -176,7 +177,7 @@ class Freedom:
             now = self._data.qpos[self._model.jnt_qposadr[group[0]]]
             low, high = self._model.jnt_range[group[0]] - now
             sign = -1 if group[0] in self._own else 1
-            return sign * np.append(np.linspace(min(low, 0), max(high, 0), count), 0.0)
+            return sign * np.array([0.0, *np.linspace(min(low, 0), max(high, 0), count)])
         return 2 * np.pi / count * np.arange(count)
 
     def _moved(self, angles: tuple[float, ...]) -> tuple[Array, Array, Array]:

@@ -4,8 +4,8 @@ Geoms of other bodies that move along with them keep them apart, and so do their
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
-from magmotor.common.arrays import Array
 from magmotor.mjcf.checking.clearance import Clearance
 from magmotor.mjcf.checking.dipole_depth import Side
 from magmotor.mjcf.checking.poses import Freedom, Pose, any_poses, beside, quarters
@@ -24,7 +24,7 @@ TURNED = 0.5
 class TrueApproach:
     """How near two magnets come, and what pulls them there.
 
-    `apart` (n, m) is finite for dipoles that act on each other.
+    `acts` (n, m) says which dipoles act on which.
     """
 
     def __init__(
@@ -33,10 +33,10 @@ class TrueApproach:
         sides: tuple[Side, Side],
         clearance: Clearance,
         freedom: Freedom,
-        apart: Array,
+        acts: NDArray[np.bool_],
     ) -> None:
         self._duo, self._sides, self._clearance = duo, sides, clearance
-        self._poses = [*(any_poses(sides, apart) if freedom.whole else freedom.poses(sides))]
+        self._poses = [*(any_poses(sides, acts) if freedom.whole else freedom.poses(sides))]
         magnets = [side.magnet for side in sides]
         self._coiled = any(magnet.coils - {-1} for magnet in magnets)
         self._soft = not all(magnet.strengths.any() for magnet in magnets)
