@@ -176,8 +176,8 @@ class Freedom:
         if len(group) == 1 and group[0] in self._walls:
             now = self._data.qpos[self._model.jnt_qposadr[group[0]]]
             low, high = self._model.jnt_range[group[0]] - now
-            sign = -1 if group[0] in self._own else 1
-            return sign * np.array([0.0, *np.linspace(min(low, 0), max(high, 0), count)])
+            angles = np.array([0.0, *np.linspace(min(low, 0), max(high, 0), count).tolist()])
+            return -angles if group[0] in self._own else angles
         return 2 * np.pi / count * np.arange(count)
 
     def _moved(self, angles: tuple[float, ...]) -> tuple[Array, Array, Array]:
