@@ -5,6 +5,7 @@ stand beside the bounds; three digits of a pull are shown.
 """
 
 import re
+from pathlib import Path
 from typing import Any
 
 import magpylib
@@ -70,6 +71,19 @@ def test_a_magnet_can_come_out_of_its_housing(joint):
     assert ("(the limit of joint 'retract' is too soft" in text) == bool(joint)
 
 
+def test_the_gripper_of_the_examples_holds_a_plate_through_its_wall():
+    """Its magnet can come 0.1 mm nearer than the wall of 1 mm; the plate is thick for it."""
+    path = Path(__file__).parents[2] / "examples" / "magnetic_gripper.xml"
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    (found,) = meetings(model, data)
+    assert found.approach is not None
+    expected = pull_on_steel("cylinder", (0.008, 0.005), 1.3, 0.9e-3, 1000.0)
+    assert found.approach.pull == pytest.approx(expected, rel=1e-3)  # 7e-5
+    assert not mm.check(model).findings
+
+
 def test_only_what_touches_must_be_stiff():
     model = load(SLAB + HAND.format(STOPS.format("2e-5")))
     assert {*mm.check(model).solref} == {"geom 'block'", "geom 'housing'"}
@@ -107,7 +121,7 @@ def test_a_cup_keeps_a_magnet_off_a_slab_but_not_off_a_rod():
     rod = '<geom name="block" type="box" size=".004 .004 .02"/>'
     pull, _ = finding(load(rod + free(MAGNET + CUP, "0 0 .1")))
     model = load(rod + free(MAGNET, f"0 0 {0.02 + SIZES[1] / 2}"))
-    assert pull == pytest.approx(pull_in_a_run(model, mujoco.MjData(model)), rel=6e-3)  # 1.9e-3
+    assert pull == pytest.approx(pull_in_a_run(model, mujoco.MjData(model)), rel=6e-3)  # 1.5e-3
 
 
 # Poses that joints allow --------------------------------------------------------------------------
@@ -143,7 +157,7 @@ PLATE = '<geom name="block" type="plane" size="1 1 1"/>'
 )
 def test_the_wheel_of_a_cart_stays_on_its_rim(iron, joints):
     pull, _ = finding(load(iron + cart(joints)))
-    assert pull == pytest.approx(on_rim(0.01 - SIZES[0] / 2), rel=6e-3)
+    assert pull == pytest.approx(on_rim(0.01 - SIZES[0] / 2), rel=6e-3)  # 1.4e-3
 
 
 def test_a_cart_that_turns_touches_the_side_of_iron_with_its_wheel():
@@ -200,7 +214,7 @@ def test_a_magnet_that_limits_keep_above_a_plane_pulls_with_its_shape():
     mujoco.mj_fwdPosition(model, data)
     (found,) = meetings(model, data)
     assert found.linked is not None
-    assert found.linked.force == pytest.approx(on_steel(0.004 - SIZES[1] / 2), rel=6e-3)  #
+    assert found.linked.force == pytest.approx(on_steel(0.004 - SIZES[1] / 2), rel=6e-3)  # 3.3e-4
 
 
 @pytest.mark.parametrize(("constant", "count"), [(1.2e-3, 0), (1.4e-3, 1)])

@@ -178,7 +178,7 @@ class Freedom:
             low, high = self._model.jnt_range[group[0]] - now
             angles = np.array([0.0, *np.linspace(min(low, 0), max(high, 0), count).tolist()])
             return -angles if group[0] in self._own else angles
-        return 2 * np.pi / count * np.arange(count)
+        return np.linspace(0.0, 2 * np.pi, count, endpoint=False).astype(float)
 
     def _moved(self, angles: tuple[float, ...]) -> tuple[Array, Array, Array]:
         """Return how hinges turn and shift the second magnet, and what slides allow in addition."""

@@ -57,11 +57,13 @@ class TrueApproach:
             ]
             more = self._places(least, [turned for pose in chosen for turned in quarters(pose)])
             places, forces = places + more, forces + [self._force(*each) for each in more]
-        if not places or not max(forces) > 0:
-            return 0.0, 0.0
-        k = int(np.argmax(forces))
-        pose, height = places[k]
-        return forces[k], (forces[k] - self._force(pose, height + step)) / step
+        order = sorted(range(len(forces)), key=lambda k: -forces[k])
+        for k in (k for k in order if forces[k] > 0):
+            pose, height = places[k]
+            gradient = (forces[k] - self._force(pose, height + step)) / step
+            if gradient > 0:  # it is not where a magnet passes an edge, which models describe worst
+                return forces[k], gradient
+        return 0.0, 0.0
 
     def _force(self, pose: Pose, height: float) -> float:
         found = float(self._duo.force(pose.turn, pose.shift + height * pose.normal) @ pose.normal)
