@@ -9,8 +9,10 @@ from only_meeting import meeting
 
 import magmotor as mm
 from magmotor.mjcf.checking.closest_approach import meetings
+from magmotor.mjcf.checking.covers import Covers
 from magmotor.mjcf.checking.geoms import touching_geoms
-from magmotor.mjcf.checking.stand_off import stand, standing_rows
+from magmotor.mjcf.checking.poses import Freedom
+from magmotor.mjcf.checking.stand_off import stand
 from magmotor.mjcf.checking.strengths import magnets_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*mm.check.model. proposes:UserWarning")
@@ -183,9 +185,11 @@ def test_no_orientation_brings_a_dipole_nearer_to_the_plane():
         mujoco.mj_fwdPosition(model, data)
         magnet, plane = magnets_of(model, data)
         rows = touching_geoms(model)
-        more = standing_rows(model, data, magnet, plane, rows)
-        assert len(more) == 3
-        found = stand(model, data, magnet, np.arange(1, model.ngeom), 0.0)
+        covers = Covers(model, data)
+        assert len(covers.rows(magnet, plane, rows)) == 3
+        freedom = Freedom(model, data, (magnet, plane), [])
+        geoms = np.arange(1, model.ngeom)
+        found = stand(model, data, (magnet, plane), geoms, 0.0, covers, freedom)
         assert found is not None
         lowest, bound = np.full(2, np.inf), found.heights.min(axis=0)
         directions = [
@@ -220,8 +224,8 @@ def test_no_orientation_has_a_stronger_force_than_is_said():
         body = f'<geom type="{kind}" size=".012 .012 .012"/>{sites}'
         model = load(CLUSTER.format(0.1, "1 0 0 0", body))
         data, found = meeting(model)
-        magnet = found.magnets[0]
-        best = stand(model, data, magnet, np.array([1]), 0.0)
+        freedom, covers = Freedom(model, data, found.magnets, []), Covers(model, data)
+        best = stand(model, data, found.magnets, np.array([1]), 0.0, covers, freedom)
         assert best is not None
         largest, others = 0.0, generator.normal(size=(200, 3))
         for direction in (*best.directions, *others):

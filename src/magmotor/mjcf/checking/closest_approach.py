@@ -1,6 +1,6 @@
 """Which magnets of a model can come near each other, and how near."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import mujoco
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
+from magmotor.mjcf.checking.clearance import Clearance
 from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
-from magmotor.mjcf.checking.contact_rule import Approach
+from magmotor.mjcf.checking.contact_rule import SUNK, Approach
+from magmotor.mjcf.checking.covers import Covers
 from magmotor.mjcf.checking.dipole_depth import Side
 from magmotor.mjcf.checking.frequencies import swinging_response
 from magmotor.mjcf.checking.geoms import (
-    bounding_radii,
     contact_margin,
     geoms_of,
     numbers_of_kinds,
@@ -23,20 +24,25 @@ from magmotor.mjcf.checking.geoms import (
     touching_geoms,
 )
 from magmotor.mjcf.checking.groups_of_pairs import groups_of_pairs
+from magmotor.mjcf.checking.joint_gaps import gaps_of, possible_rows, room_of
 from magmotor.mjcf.checking.joint_limits import SoftLimit, softest_limit
+from magmotor.mjcf.checking.poses import Freedom
 from magmotor.mjcf.checking.rails import repel_on_rail
-from magmotor.mjcf.checking.reach import Reach, common_ancestor, reach
-from magmotor.mjcf.checking.stand_off import contacts_that_share, stand, standing_rows
+from magmotor.mjcf.checking.stand_off import Stand, contacts_that_share, stand
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
-from magmotor.mjcf.checking.swept import limited_joints, swept_gaps, swept_joints
+from magmotor.mjcf.checking.swept import limited_joints
 from magmotor.mjcf.checking.touch import (
     Spacing,
+    approach_of,
     closest_approach,
     closest_to_plane,
     coarsest,
+    depth_of_nearest,
+    pull_above_plane,
 )
+from magmotor.mjcf.checking.true_approach import TrueApproach
 from magmotor.mjcf.checking.true_pull import duo_of
-from magmotor.mjcf.declarations.iron import PLANE, SPHERE
+from magmotor.mjcf.declarations.iron import SPHERE
 from magmotor.mjcf.field_and_energy import coupling_factors
 
 
@@ -77,128 +83,206 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    rows = touching_geoms(model)
-    geoms, pairs = rows_of_magnets(model, magnets, rows)
+    scene = _Scene(model, data, magnets)
+    geoms, pairs = rows_of_magnets(model, magnets, scene.rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
-    groups, built, strong = np.full_like(touching, -1), {}, strong_iron(model, magnets)
+    groups = np.full_like(touching, -1)
     for k, members in enumerate(groups_of_pairs(model, data, magnets, touching)):
         groups[members[:, 0], members[:, 1]] = k
         one, other = (magnets[i] for i in members[0])
         like = geoms[groups[pairs[:, 0], pairs[:, 1]] == k]
         welds = np.sort(weld_of[like[:, :2]], axis=1)
         own = like[(welds == sorted([one.body, other.body])).all(axis=1)]
-        if other.images:
-            more = standing_rows(model, data, one, other, rows)
-            own, like = np.vstack([own, more]), np.vstack([like, more])
-        if found := _meeting(model, data, (one, other), own, strong, built):
-            yield found._replace(number=len(members), like=like)
+        if found := _Pair(scene, (one, other), own).meeting():
+            alone = len(members) == 1
+            yield found._replace(number=len(members), like=found.touching if alone else like)
 
 
-def _meeting(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    magnets: tuple[Magnet, Magnet],
-    touching: NDArray,
-    strong: NDArray[np.bool_],
-    built: dict[tuple, Side],
-) -> Meeting | None:
-    """Return how two magnets meet; None if nothing of them can. `built` keeps their sides."""
-    one, other = magnets
-    acts, factor = _factors(model, one, other)
-    margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
-    geoms = [geoms_of(model, magnet, touching) for magnet in magnets]
+class _Scene:
+    """A model and what is the same for several of its pairs of magnets."""
 
-    def side(magnet: Magnet, own: NDArray, push: float) -> Side:
-        key = magnet.body, magnet.images, own.tobytes(), push
-        if key not in built:
-            built[key] = Side(model, data, magnet, own, push)
-        return built[key]
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, magnets: list[Magnet]) -> None:
+        self.model, self.data = model, data
+        self.rows, self.strong = touching_geoms(model), strong_iron(model, magnets)
+        self._sides: dict[tuple, Side] = {}
+        self._covers: dict[frozenset[int], Covers] = {}
 
-    sides = side(one, geoms[0], margin), side(other, geoms[1], 0.0)
-    masses = _masses(model, magnets, touching)
-    level, standing = max(0.0, float(sides[1].depth[0])) if other.images else 0.0, None
-    if other.images:
-        geoms[0] = np.setdiff1d(touching[:, :2], geoms[1])
-        standing = stand(model, data, one, geoms[0], margin + level)
-        deepest = standing.heights.min(axis=0) if standing else [-np.inf] * len(one.strengths)
-        apart = np.array(deepest)[:, np.newaxis]
-    else:
-        apart = sides[0].depth[:, np.newaxis] + sides[1].depth
-    walls = limited_joints(model, one.body, other.body)
-    gaps, soft = _gaps(model, data, magnets, geoms, level, walls), None
-    bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
-    repels = not other.images and repel_on_rail(model, data, magnets, apart)
-    while walls and not repels and (room := _room(gaps, bare)) > 0:
-        found = softest_limit(model, data, magnets, walls, gaps[0], room, np.where(acts, factor, 0))
-        if not found:
-            break
-        # Without others, a limit must do more than its share: the mildest remedy is that for it.
-        soft = found if soft is None or found.constant > soft.constant else soft
-        walls.remove(found.joint)
-        gaps = _gaps(model, data, magnets, geoms, level, walls)
-    of_dipoles, of_geoms = gaps
-    possible = _possible_rows(touching, geoms, of_geoms, whole=other.images > 0)
-    if 0 < len(possible) < len(touching):
-        return _meeting(model, data, magnets, possible, strong, built)
-    near = bare & (of_dipoles <= COINCIDENCE)
-    held = np.where(acts & (apart >= COINCIDENCE), apart, np.inf)
-    approach = linked = None
-    if not len(possible):
-        held = np.full_like(held, np.inf)
-    may_touch = (held < np.inf).any()
-    duo = duo_of(model, data, magnets) if may_touch else None
-    if standing and may_touch:
-        approach, k = closest_to_plane(one, other, standing, level, masses, duo)
-        approach = approach and approach._replace(
-            contacts=contacts_that_share(
-                model, data, magnets, standing.directions[k], standing.heights[k], approach.depth,
-                touching,
-            )
-        )  # fmt: skip
-    elif may_touch:
-        approach = closest_approach(sides, held, factor, masses, duo)
-    spacing = coarsest(sides, held) if approach else None
-    kept = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf)
-    if kept.any():
-        linked = _linked(model, data, magnets, np.where(kept, of_dipoles, np.inf), factor)
-    held_iron = np.where(factor > 0, apart if len(touching) else -np.inf, np.inf)
-    iron = None if other.images else close_iron(model, magnets, strong, of_dipoles, held_iron)
-    if not (approach or linked or near.any() or iron):
-        return None
-    i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
-    exact = _is_exact(model, data, magnets, geoms)
-    return Meeting(
-        magnets, (int(i), int(j)), 1, touching, touching, approach, linked,
-        bool(near.any()), spacing, iron, soft, exact, repels,
-    )  # fmt: skip
+    def covers(self, soft: frozenset[int]) -> Covers:
+        """Return what moves along with magnets; `soft` are slides whose limits are too soft."""
+        if soft not in self._covers:
+            self._covers[soft] = Covers(self.model, self.data, soft)
+        return self._covers[soft]
+
+    def side(self, magnet: Magnet, geoms: NDArray, margin: float, soft: frozenset[int]) -> Side:
+        """Return the dipoles of a magnet below the surfaces of these geoms."""
+        key = magnet.body, magnet.images, geoms.tobytes(), margin, soft
+        if key not in self._sides:
+            covers = self.covers(soft)
+            self._sides[key] = Side(self.model, self.data, magnet, geoms, margin, covers)
+        return self._sides[key]
 
 
-def _possible_rows(
-    touching: NDArray, geoms: list[NDArray], gaps: Array, *, whole: bool
-) -> NDArray[np.int64]:
-    """Return the rows of two geoms that can touch, by lower bounds of their distances.
+class _Pair:
+    """Two magnets and what can keep them apart.
 
-    If `whole`, they are all rows, or none.
+    `own` are rows of two geoms of theirs that may touch, and their contact pair or -1; `soft` are
+    slides whose limits are too soft to keep in place what covers them.
     """
-    if whole:
-        return touching if (gaps <= 0).any() else touching[:0]
-    swapped = ~np.isin(touching[:, 0], geoms[0])
-    first, second = np.where(swapped, touching[:, [1, 0]].T, touching[:, :2].T)
-    places = np.searchsorted(geoms[0], first), np.searchsorted(geoms[1], second)
-    return touching[gaps[places] <= 0]
+
+    def __init__(
+        self,
+        scene: _Scene,
+        magnets: tuple[Magnet, Magnet],
+        own: NDArray,
+        soft: frozenset[int] = frozenset(),
+    ) -> None:
+        self._scene, self._magnets, self._own, self._soft = scene, magnets, own, soft
+        model, data, (one, other) = scene.model, scene.data, magnets
+        self._state = model, data, magnets
+        self._covers = covers = scene.covers(soft)
+        self._acts, self._factor = _factors(model, one, other)
+        self._touching = touching = np.vstack([own, covers.rows(one, other, scene.rows)])
+        margin = min((contact_margin(model, *row) for row in touching.tolist()), default=0.0)
+        self._geoms = [geoms_of(model, magnet, own) for magnet in magnets]
+        around = [covers.around(magnet, touching) for magnet in magnets]
+        if other.images:
+            around[1] = self._geoms[1]
+            self._geoms[0] = np.setdiff1d(touching[:, :2], around[1])
+        self._sides = (
+            scene.side(one, around[0], margin, soft),
+            scene.side(other, around[1], 0, soft),
+        )
+        joints = limited_joints(model, one.body, other.body)
+        self._walls = [joint for joint in joints if joint not in soft]
+        self._freedom = Freedom(model, data, magnets, self._walls)
+        self._duo = duo_of(model, data, magnets)
+        self._level, self._standing, self._clearance = 0.0, None, None
+        if other.images:
+            self._level = max(0.0, float(self._sides[1].depth[0]))
+            self._standing = self._stand(self._geoms[0], margin + self._level)
+            heights = (
+                self._standing.heights if self._standing else np.full((1, len(one.axes)), -np.inf)
+            )
+            self._apart = heights.min(axis=0)[:, np.newaxis]
+        else:
+            self._apart = self._sides[0].depth[:, np.newaxis] + self._sides[1].depth
+            if self._duo:
+                self._clearance = Clearance(model, data, magnets, touching, covers)
+        self._bare = self._acts & (self._apart < COINCIDENCE)
+        """Which dipoles no contact keeps apart."""
+
+    def _stand(self, geoms: NDArray, margin: float) -> Stand | None:
+        return stand(*self._state, geoms, margin, self._covers, self._freedom)
+
+    def _pull(self, least: float, step: float) -> tuple[float, float]:
+        """Return the force of true shapes whose dipoles are so far apart, and its gradient."""
+        (one, other), duo = self._magnets, self._duo
+        if not duo or not least < np.inf:
+            return 0.0, 0.0
+        if self._clearance:
+            true = TrueApproach(duo, self._sides, self._clearance, self._freedom, self._acts)
+            return true.pull(least, step)
+        solid = one.elements[one.elements >= self._scene.model.nsite] - self._scene.model.nsite
+        return pull_above_plane(one, other, self._stand(solid, 0.0), least, duo)
+
+    def _pull_at(self, distance: Array, weight: Array) -> tuple[float, float]:
+        """Return the force at distances of dipoles, and its gradient."""
+        if self._duo:
+            least = float(distance.min())
+            return self._pull(least, SUNK * least)
+        images = self._magnets[1].images
+        return attraction(*self._magnets, distance + distance.T if images else distance, weight)
+
+    def _limited(self, repels: bool) -> tuple[tuple[Array, Array], SoftLimit | None]:
+        """Return what joints leave of gaps, and the softest limit that does not count for that."""
+        walls, limit = [*self._walls], None
+        weight = np.where(self._acts, self._factor, 0)
+        gaps = gaps_of(*self._state, self._geoms, self._level, walls)
+        while walls and not repels and (room := room_of(gaps, self._bare)) > 0:
+            force = self._pull_at(gaps[0], weight)
+            found = softest_limit(*self._state, walls, force, room)
+            if not found:
+                break
+            # Without others, a limit must do more than its share: the mildest remedy is for it.
+            limit = found if limit is None or found.constant > limit.constant else limit
+            walls.remove(found.joint)
+            gaps = gaps_of(*self._state, self._geoms, self._level, walls)
+        return gaps, limit
+
+    def _approach(self, held: Array) -> Approach | None:
+        """Return the closest approach; only what then touches remains in `_touching`.
+
+        `held` are the distances of dipoles that geoms keep apart, and infinite for others.
+        """
+        if not (held < np.inf).any():
+            return None
+        model, (one, other) = self._scene.model, self._magnets
+        masses = _masses(model, self._magnets, self._touching)
+        if stands := self._standing:
+            found, k = closest_to_plane(one, other, stands, self._level, masses, self._duo)
+            return found and found._replace(
+                contacts=contacts_that_share(
+                    *self._state, stands.directions[k], stands.heights[k], found.depth,
+                    self._touching,
+                )
+            )  # fmt: skip
+        if not self._clearance:
+            return closest_approach(self._sides, held, self._factor, masses)
+        depth = depth_of_nearest(self._sides, held)
+        force, gradient = self._pull(0.0, SUNK * depth)
+        if self._clearance.touched.any():
+            self._touching = self._touching[self._clearance.touched]
+            masses = _masses(model, self._magnets, self._touching)
+        return approach_of(force, gradient, masses, depth)
+
+    def _soft_cover(self, approach: Approach) -> SoftLimit | None:
+        """Return the softest limit that does not keep in place what covers a magnet."""
+        slides = self._covers.slides(self._magnets[0]) | self._covers.slides(self._magnets[1])
+        force = approach.force, 4 * approach.force / approach.distance
+        return softest_limit(*self._state, [*slides], force, approach.depth) if slides else None
+
+    def meeting(self) -> Meeting | None:
+        """Return how they meet; None if nothing of them can."""
+        magnets, acts, apart, bare = self._magnets, self._acts, self._apart, self._bare
+        model, flat = self._scene.model, magnets[1].images != 0
+        repels = not flat and repel_on_rail(*self._state, apart)
+        (of_dipoles, of_geoms), limit = self._limited(repels)
+        possible = possible_rows(self._own, self._geoms, of_geoms, whole=flat)
+        if 0 < len(possible) < len(self._own):
+            return _Pair(self._scene, magnets, possible, self._soft).meeting()
+        near = bare & (of_dipoles <= COINCIDENCE)
+        touches = len(possible) or len(self._own) < len(self._touching)
+        held = np.where(acts & (apart >= COINCIDENCE) & bool(touches), apart, np.inf)
+        approach = self._approach(held)
+        if approach and not limit and (soft := self._soft_cover(approach)):
+            again = _Pair(self._scene, magnets, self._own, self._soft | {soft.joint}).meeting()
+            return again and again._replace(soft_limit=soft)
+        spacing = coarsest(self._sides, held) if approach else None
+        kept, linked = bare & (of_dipoles > COINCIDENCE) & (of_dipoles < np.inf), None
+        if kept.any():
+            force = self._pull_at(np.where(kept, of_dipoles, np.inf), self._factor)
+            linked = _linked(*self._state, force)
+        outer = np.where(self._factor > 0, apart if len(self._touching) else -np.inf, np.inf)
+        strong = self._scene.strong
+        iron = None if flat else close_iron(model, magnets, strong, of_dipoles, outer)
+        if not (approach or linked or near.any() or iron):
+            return None
+        i, j = np.unravel_index(np.where(acts, apart, np.inf).argmin(), apart.shape)
+        return Meeting(
+            magnets, (int(i), int(j)), 1, self._touching, self._touching, approach, linked,
+            bool(near.any()), spacing, iron, limit, _is_exact(*self._state, self._geoms), repels,
+        )  # fmt: skip
 
 
 def _linked(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     magnets: tuple[Magnet, Magnet],
-    apart: Array,
-    factor: Array,
+    pull: tuple[float, float],
 ) -> Approach | None:
     """Return the closest approach of magnets whose dipoles only joints keep apart."""
-    images = magnets[1].images
-    force, gradient = attraction(*magnets, apart + apart.T if images else apart, factor)
+    force, gradient = pull
     response = sum(swinging_response(model, data, magnet) for magnet in magnets)
     if not (0 < force < np.inf and 0 < gradient < np.inf):
         return None
@@ -229,96 +313,32 @@ def _is_exact(
     return True
 
 
-def _gaps(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    magnets: tuple[Magnet, Magnet],
-    geoms: list[NDArray],
-    level: float,
-    walls: Collection[int],
-) -> tuple[Array, Array]:
-    """Return how near dipoles, and geoms, of two magnets come to each other at least.
-
-    The columns are those of the other magnet; a plane has one, at the height `level` above it.
-    `walls` are the joints that stop at their limits.
-    """
-    one, other = magnets
-    ancestor = common_ancestor(model, one.body, other.body)
-    bodies = one.body, other.body
-    found, swept = [], swept_joints(model, *bodies, walls)
-    for places in ([m.positions for m in magnets], [data.geom_xpos[own] for own in geoms]):
-        reaches = [
-            reach(model, data, magnet.body, ancestor, points, walls)
-            for magnet, points in zip(magnets, places, strict=True)
-        ]
-        sizes = [bounding_radii(model, own) if found else np.zeros(1) for own in geoms]
-
-        if other.images and ancestor != other.body:
-            found.append(np.zeros((len(places[0]), 1)))
-        elif other.images:
-            plane = int(other.elements[0]) - model.nsite
-            lowest = _lowest(model, data, reaches[0], places[0], plane, swept, walls, bodies)
-            found.append((lowest - sizes[0] - level)[:, np.newaxis])
-        else:
-            least = reaches[0].gaps(reaches[1])
-            if swept and least.size:
-                within = swept_gaps(model, data, swept, walls, bodies, places)
-                least = np.maximum(least, within)
-            least = least - np.add.outer(*sizes)
-            found.append(least)
-    if not other.images:
-        of_geoms = found[1]
-        for side, rows in ((0, of_geoms), (1, of_geoms.T)):
-            planes = [k for k in range(len(rows)) if model.geom_type[geoms[side][k]] == PLANE]
-            ways = bodies[1 - side], bodies[side]
-            for k in planes if bodies[side] == ancestor else ():
-                lowest = _lowest(
-                    model, data, reaches[1 - side], places[1 - side], geoms[side][k], swept, walls,
-                    ways,
-                )  # fmt: skip
-                rows[k] = lowest - sizes[1 - side]
-    return found[0], found[1]
-
-
-def _lowest(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    own: Reach,
-    points: Array,
-    plane: int,
-    joints: list[int],
-    walls: Collection[int],
-    bodies: tuple[int, int],
-) -> Array:
-    """Return how high the points of the first body stay at least above a plane of the second."""
-    point, normal = data.geom_xpos[[plane]], data.geom_xmat[plane, 2::3]
-    lowest = own.lowest(point[0], normal)
-    if joints and lowest.size:
-        within = swept_gaps(model, data, joints, walls, bodies, [points, point], normal)
-        lowest = np.maximum(lowest, within[:, 0])
-    return lowest
-
-
-def _room(gaps: tuple[Array, Array], bare: NDArray[np.bool_]) -> float:
-    """Return the distance that limits keep: of bare dipoles, or of geoms; 0 if they keep none."""
-    of_dipoles, of_geoms = gaps
-    geoms = of_geoms.min(initial=np.inf)
-    room = min(of_dipoles.min(), geoms) if geoms > 0 else of_dipoles[bare].min(initial=np.inf)
-    return float(room) if np.isfinite(room) else 0.0
-
-
 def _masses(
     model: mujoco.MjModel, magnets: tuple[Magnet, Magnet], touching: NDArray
 ) -> tuple[float, float]:
-    """Return the reduced mass that MuJoCo assumes in contacts, and that of the bodies alone."""
+    """Return the reduced mass that MuJoCo assumes in contacts, and that of the bodies alone.
+
+    A magnet that others cover counts with the mass of what touches, which stops it, if it is more.
+    """
     bodies = np.array([magnet.body for magnet in magnets])
     if len(touching):
         assumed = model.body_invweight0[model.geom_bodyid[touching[:, :2]], 0].sum(axis=1).max()
     else:
         assumed = model.body_invweight0[bodies, 0].sum()
-    moving = bodies[model.body_dofnum[bodies] > 0]
-    alone = sum(1 / model.body_mass[model.body_weldid == body].sum() for body in moving)
+    touched = np.setdiff1d(model.body_weldid[model.geom_bodyid[touching[:, :2]]], bodies)
+    roots, alone = model.body_rootid, 0.0
+    for body in bodies[model.body_dofnum[bodies] > 0].tolist():
+        others = touched[roots[touched] == roots[body]].tolist()
+        if body not in model.body_weldid[model.geom_bodyid[touching[:, :2]]] and others:
+            own = max(_mass(model, body), min(_mass(model, other) for other in others))
+        else:
+            own = _mass(model, body)
+        alone += 1 / own
     return (1 / assumed if assumed else np.inf, float(1 / alone))
+
+
+def _mass(model: mujoco.MjModel, body: int) -> float:
+    return float(model.body_mass[model.body_weldid == body].sum())
 
 
 def _factors(model: mujoco.MjModel, one: Magnet, other: Magnet) -> tuple[NDArray[np.bool_], Array]:

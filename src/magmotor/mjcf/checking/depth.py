@@ -1,10 +1,11 @@
 """How deep points are below the surface of a geom, and the normal of the nearest surface."""
 
+import contextlib
 from collections.abc import Iterator
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from magmotor.common.arrays import Array
 
@@ -13,6 +14,9 @@ GEOM = mujoco.mjtGeom
 CONVEX = [int(getattr(GEOM, f"mjGEOM_{x}")) for x in (
     "SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX", "MESH")]  # fmt: skip
 """Types of geoms of which `tips` knows the shape."""
+
+DIRECTIONS = 300
+"""Number of directions, evenly spread, in which hulls are sampled."""
 
 NEVER = -np.inf
 """Depth in geoms of types that are not known here."""
@@ -104,6 +108,31 @@ def tips(model: mujoco.MjModel, data: mujoco.MjData, geom: int, directions: Arra
         vertices = model.mesh_vert[first : first + number].astype(float)
         found = vertices[(local @ vertices.T).argmax(axis=1)]
     return data.geom_xpos[geom] + found @ frame.T
+
+
+def hull_directions(
+    model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int], more: Array | None = None
+) -> Array:
+    """Return directions (k, 3), evenly spread and across the faces of the hull of convex geoms.
+
+    They begin with those along the axes of the geoms, and with `more`.
+    """
+    frames = data.geom_xmat[geoms].reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 3)
+    others = np.zeros((0, 3)) if more is None else more
+    directions = np.vstack([frames, -frames, others, _evenly_spread(DIRECTIONS)])
+    directions = directions[np.linalg.norm(directions, axis=1) > 0.5]
+    sampled = np.vstack([tips(model, data, geom, directions) for geom in geoms])
+    with contextlib.suppress(QhullError):  # as of geoms without volume
+        directions = np.vstack([directions, ConvexHull(sampled).equations[:, :3]])
+    return directions
+
+
+def _evenly_spread(count: int) -> Array:
+    """Return points on a sphere, shape (count, 3)."""
+    heights = 1 - (2 * np.arange(count) + 1) / count
+    angles = np.pi * (1 + 5**0.5) * np.arange(count)
+    around = np.column_stack([np.cos(angles), np.sin(angles)]) * np.sqrt(1 - heights**2)[:, None]
+    return np.column_stack([around, heights])
 
 
 def _unit(vectors: Array) -> Array:

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magmotor.common.arrays import Array
-from magmotor.mjcf.checking.depth import CONVEX, NEVER, depth_and_normal, tangent_planes, tips
+from magmotor.mjcf.checking.covers import Covers
+from magmotor.mjcf.checking.depth import (
+    CONVEX,
+    NEVER,
+    depth_and_normal,
+    hull_directions,
+    tangent_planes,
+    tips,
+)
 from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.unit_system import declares_units
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -34,11 +42,16 @@ CENTERED = 0.02
 AXES = 4
 """Largest number of dipoles' directions that are turned toward each other."""
 
+BARE, APART = 8, 0.9
+"""Number of directions in which other geoms cover a magnet least, and the cosine of the angle at
+least between two of them."""
+
 
 class Side:
     """The dipoles of a magnet below the surfaces of its geoms.
 
-    `margin` is the distance from these surfaces at which they begin to push, in m.
+    `margin` is the distance from these surfaces at which they begin to push, in m. Geoms of other
+    bodies, which `covers` knows, count where they cover the dipoles least.
     """
 
     def __init__(
@@ -48,19 +61,23 @@ class Side:
         magnet: Magnet,
         geoms: NDArray,
         margin: float,
+        covers: Covers,
     ) -> None:
         self.magnet, self._places = magnet, magnet.positions
         self._model, self._data, self._geoms = model, data, geoms
+        self._covers = covers
         self._surface = [
-            lambda points, geom=geom: depth_and_normal(model, data, geom, points)
-            for geom in geoms.tolist()
+            lambda points, geom=geom: self._least_depth(geom, points) for geom in geoms.tolist()
         ]
         self._margin = margin
         self.depth, normals = self._below(self._places)
         self.dipole, self._level, self._normal = np.arange(len(normals)), self.depth, normals
         axes = np.unique(np.round(magnet.axes[magnet.strengths > 0], 9), axis=0)
         axes = np.vstack([axes, -axes])[: 2 * AXES]
-        planes = [tangent_planes(model, data, geom, axes) for geom in geoms.tolist()]
+        self._solid = magnet.elements[magnet.elements >= model.nsite] - model.nsite
+        axes = np.vstack([axes, self._least_covered()])
+        faces = np.union1d(geoms, self._solid) if magnet.shaped or magnet.responses.any() else geoms
+        planes = [tangent_planes(model, data, geom, axes) for geom in faces.tolist()]
         found = {}  # parallel planes of many geoms differ in few levels
         for point, normal in itertools.chain.from_iterable(planes):
             below = (point - self._places) @ normal + margin
@@ -73,8 +90,8 @@ class Side:
             self.dipole = np.concatenate([self.dipole, *lowest])
             self._level = np.concatenate([self._level, *levels])
             self._normal = np.concatenate([self._normal, *across])
-        if len(geoms):
-            frame = data.geom_xmat[geoms[0]].reshape(3, 3)
+        if len(faces):
+            frame = data.geom_xmat[faces[0]].reshape(3, 3)
             side = frame.T[abs(self._normal @ frame).argmin(axis=1)]
             side = side - (side * self._normal).sum(axis=1)[:, np.newaxis] * self._normal
             side /= np.linalg.norm(side, axis=1)[:, np.newaxis]
@@ -94,6 +111,39 @@ class Side:
             deeper = depth > deepest
             deepest[deeper], normals[deeper] = depth[deeper], normal[deeper]
         return deepest + self._margin, normals
+
+    def _least_depth(self, geom: int, points: Array) -> tuple[Array, Array]:
+        """Return the depths of points in a geom wherever it can be, and the normals there."""
+        model, data, ways = self._model, self._data, self._covers.places(self.magnet, geom)
+        found = [depth_and_normal(model, data, geom, points - way)
+                 for way in ways]  # fmt: skip
+        depths, normals = (np.array(parts) for parts in zip(*found, strict=True))
+        least, each = depths.argmin(axis=0), np.arange(len(points))
+        return depths[least, each], normals[least, each]
+
+    def _least_covered(self) -> Array:
+        """Return directions (k, 3) in which other geoms cover magnets and iron least.
+
+        It is how much farther the convex hull of all geoms reaches than they do.
+        """
+        model, data = self._model, self._data
+        convex = np.isin(model.geom_type[self._geoms], CONVEX)
+        others = np.setdiff1d(self._geoms[convex], self._solid)
+        if not len(others) or not len(self._solid) or not self.magnet.body:
+            return np.zeros((0, 3))
+        geoms = [*self._geoms[convex].tolist(), *self._solid.tolist()]
+        directions = hull_directions(model, data, geoms)
+        reached = [((tips(model, data, geom, directions) * directions).sum(axis=1), geom)
+                   for geom in geoms]  # fmt: skip
+        inner = np.max([level for level, geom in reached if geom in self._solid], axis=0)
+        gaps = np.max([level for level, _ in reached], axis=0) - inner
+        chosen: list[int] = []
+        for k in np.argsort(gaps, kind="stable").tolist():
+            if (directions[chosen] @ directions[k] < APART).all():
+                chosen.append(k)
+            if len(chosen) == BARE:
+                break
+        return directions[chosen]
 
     def along(self, k: int) -> Array:
         """Return the depths of all dipoles below tangent plane k, that below which dipole[k] is."""
@@ -116,18 +166,20 @@ class Side:
         side, normal = self._sides[k], self._normal[k]
         return np.array([side, np.cross(normal, side), normal])
 
-    @cached_property
-    def reach(self) -> Array:
-        """How far the hull of all geoms reaches above dipole[k] along the normal of plane k, (K,).
+    @property
+    def normals(self) -> Array:
+        """The normals of all planes, each once, shape (k, 3)."""
+        return np.unique(self._normal.round(12) + 0.0, axis=0)
 
-        It is how deep the dipole is below the plane, if no geom is beyond that.
-        """
-        farthest = self._level.copy()
-        for geom in self._geoms[np.isin(self._model.geom_type[self._geoms], CONVEX)].tolist():
-            ends = tips(self._model, self._data, geom, self._normal)
-            above = ((ends - self._places[self.dipole]) * self._normal).sum(axis=1) + self._margin
-            farthest = np.maximum(farthest, above)
-        return farthest
+    def widths(self, axes: Array) -> Array:
+        """Return half the widths of all geoms that have magnets or iron along axes (k, 3)."""
+        ends = [tips(self._model, self._data, geom, np.vstack([axes, -axes])) @ axes.T
+                for geom in self._solid.tolist()]  # fmt: skip
+        if not ends:
+            return np.zeros(len(axes))
+        count, found = len(axes), np.array(ends)
+        highest = found[:, :count].diagonal(axis1=1, axis2=2).max(axis=0)
+        return (highest - found[:, count:].diagonal(axis1=1, axis2=2).min(axis=0)) / 2
 
     @cached_property
     def distinct(self) -> NDArray[np.int64]:

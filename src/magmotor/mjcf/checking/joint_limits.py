@@ -6,8 +6,6 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from magmotor.common.arrays import Array
-from magmotor.mjcf.checking.attraction import attraction
 from magmotor.mjcf.checking.contact_rule import (
     SHORTEST,
     SLACK,
@@ -39,9 +37,8 @@ def softest_limit(
     data: mujoco.MjData,
     magnets: tuple[Magnet, Magnet],
     joints: Sequence[int],
-    distance: Array,
+    pull: tuple[float, float],
     room: float,
-    factor: Array,
 ) -> SoftLimit | None:
     """Return the softest of the limits that are too soft to stop two magnets, if there are any.
 
@@ -57,17 +54,12 @@ def softest_limit(
         Only the second one may be a plane.
     joints : sequence of int
         The slides and hinges that have limits.
-    distance : ndarray, shape (n, m)
-        How near their dipoles come to each other at least, in m.
+    pull : tuple of float
+        The largest force in N that pushes against them, and its gradient in N/m.
     room : float
         The distance in m that the limits must keep, above 0.
-    factor : ndarray, shape (n, m)
-        How strongly their dipoles act on one another.
     """
-    one, other = magnets
-    if other.images:
-        distance = distance + distance.T
-    force, gradient = attraction(one, other, distance, factor)
+    force, gradient = pull
     if not (0 < force < np.inf and 0 < gradient < np.inf):
         return None
     shortest, excess, longest = shortest_kept(model, float(model.opt.timestep)), {}, {}

@@ -72,6 +72,9 @@ def _met(
     for magnet in magnets_of(model, state):
         of_body[magnet.body].append(magnet)
     for pair in pairs:
+        if pair.approach:  # also where a cover is between them
+            for one, other in (pair.magnets, pair.magnets[::-1]):
+                met[one.body].append(other)
         for row in pair.like[:, :2].tolist():
             for one, other in (row, row[::-1]):
                 weld, there = model.body_weldid[model.geom_bodyid[[one, other]]].tolist()

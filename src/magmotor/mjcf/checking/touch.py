@@ -43,9 +43,8 @@ def closest_approach(
     apart: Array,
     factor: Array,
     masses: tuple[float, float],
-    duo: Duo | None,
 ) -> Approach | None:
-    """Return the closest approach of two magnets; None if nothing attracts them.
+    """Return the closest approach of two magnets of dipoles; None if nothing attracts them.
 
     Parameters
     ----------
@@ -57,24 +56,17 @@ def closest_approach(
         How strongly they act on one another.
     masses : tuple of float
         The reduced mass that MuJoCo assumes, and that of the bodies alone, in kg.
-    duo : Duo, optional
-        What computes the force, if one of them has magnets by their geom.
     """
     one, other = (side.magnet for side in sides)
-    nearest = np.unravel_index(apart.argmin(), apart.shape)
-    depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
-    depth = float(depths[depths >= SURFACE * depths.sum()].min())
+    depth = depth_of_nearest(sides, apart)
     weight = np.where(apart < np.inf, factor, 0)
     poses = np.stack(np.meshgrid(*(side.distinct for side in sides)), axis=-1).reshape(-1, 2)
     near = apart[tuple(side.dipole[k] for side, k in zip(sides, poses.T, strict=True))]
     poses = poses[np.argsort(near, kind="stable")[: min(POSES, (near < np.inf).sum())]]
     force = gradient = pull = 0.0
     coiled = any(magnet.coils - {-1} for magnet in (one, other))
-    if duo and weight.any():
-        found = [_true_pull(duo, sides, i, j, coiled, depth) for i, j in poses.tolist()]
-        force, gradient = max(found, default=(0.0, 0.0))
     aligned = any(m.responses.any() or len(m.coils) > 1 for m in (one, other))
-    for i, j in poses.tolist() if weight.any() and not duo else ():
+    for i, j in poses.tolist() if weight.any() else ():
         for aside, height, turn, mirrored in _poses(sides, i, j, aligned):
             found = attraction(one, other, np.hypot(height, abs(aside)), weight)
             force, gradient = max((force, gradient), found)
@@ -84,9 +76,23 @@ def closest_approach(
                 moments = (across, along), (tangent, -normal)
                 true, _ = pull_of(*moments, aside, np.maximum(height, COINCIDENCE), weight)
                 pull = max(pull, abs(true) if coiled or mirrored else true)
+    return approach_of(force, gradient, masses, depth, pull)
+
+
+def approach_of(
+    force: float, gradient: float, masses: tuple[float, float], depth: float, pull: float = 0.0
+) -> Approach | None:
+    """Return an approach with these numbers; None if nothing attracts or moves the magnets."""
     if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
         return None  # as for a needle that only turns about its center
     return Approach(4 * force / gradient, force, *masses, depth, pull=pull or force)
+
+
+def depth_of_nearest(sides: tuple[Side, Side], apart: Array) -> float:
+    """Return the smaller depth of the dipoles that come nearest, unless it is at the surface."""
+    nearest = np.unravel_index(apart.argmin(), apart.shape)
+    depths = np.array([side.depth[n] for side, n in zip(sides, nearest, strict=True)])
+    return float(depths[depths >= SURFACE * depths.sum()].min())
 
 
 def closest_to_plane(
@@ -109,9 +115,23 @@ def closest_to_plane(
         forces, gradients = attraction_of_images(magnet, plane.images, found)
     k = int(forces.argmax())
     force, gradient = float(forces[k]), float(gradients[k])
-    if not (0 < force < np.inf and 0 < gradient < np.inf and masses[0] < np.inf):
-        return None, k
-    return Approach(4 * force / gradient, force, *masses, depth, pull=force), k
+    return approach_of(force, gradient, masses, depth), k
+
+
+def pull_above_plane(
+    magnet: Magnet, plane: Magnet, found: Stand | None, least: float, duo: Duo
+) -> tuple[float, float]:
+    """Return the force of true shapes whose dipoles are `least` or more above a plane of iron.
+
+    Its gradient is the second number. `found` is how they would be on it.
+    """
+    if found is None:
+        return 0.0, 0.0
+    rise = np.maximum(least - found.heights.min(axis=1), 0.0)
+    higher = found._replace(heights=found.heights + rise[:, np.newaxis])
+    forces, gradients = _true_pulls_of_plane(duo, magnet, plane, higher, least)
+    k = int(forces.argmax())
+    return float(forces[k]), float(gradients[k])
 
 
 def coarsest(sides: tuple[Side, Side], apart: Array) -> Spacing:
@@ -145,32 +165,6 @@ def _poses(
         yield turn * (second if mirrored else second.conj()) - first, height, turn, mirrored
         if alone:
             return
-
-
-def _true_pull(
-    duo: Duo, sides: tuple[Side, Side], i: int, j: int, coiled: bool, depth: float
-) -> tuple[float, float]:
-    """Return the largest force in N with which true shapes pull where planes i and j touch.
-
-    The gradient in N/m is that over the penetration which contacts may allow. With coils, the force
-    may have either sign.
-    """
-    one, other = sides
-    upright, frame = one.frame(i), other.frame(j)
-    first, second = one.dipole[i], other.dipole[j]
-    height, best = one.reach[i] + other.reach[j], (0.0, 0.0)
-    step = SUNK * depth
-    for turn in (1, 1j, -1, -1j):
-        onto = np.array([[turn.real, turn.imag, 0], [turn.imag, -turn.real, 0], [0, 0, -1]])
-        rotation, pulls = upright.T @ onto @ frame, []
-        for gap in (0.0, step):
-            place = one.magnet.positions[first] + (height + gap) * upright[2]
-            shift = place - rotation @ other.magnet.positions[second]
-            pulls.append(float(duo.force(rotation, shift) @ upright[2]))
-        if coiled and pulls[0] < 0:
-            pulls = [-pulls[0], -pulls[1]]
-        best = max(best, (pulls[0], (pulls[0] - pulls[1]) / step))
-    return best
 
 
 def _true_pulls_of_plane(
