@@ -26,7 +26,6 @@ from magmotor.mjcf.forces.faces import (
     faces_of,
     height_above,
     rises_above,
-    share_of,
     weight_on,
 )
 from magmotor.mjcf.forces.iron_pieces import POSITION, SUSCEPTIBILITY
@@ -35,6 +34,7 @@ from magmotor.mjcf.forces.lifts import (
     is_lifted,
     normal_of,
     place_on_piece,
+    share_of,
     to_piece,
     to_world,
 )
@@ -121,13 +121,13 @@ def _add_pair(piece, faces, row, other, same, room, wanted):
     x, y, z = own[0] + dx, own[1] + dy, own[2] + dz
     shaped = int(other[KIND]) != POINT
     shaped = shaped and (same or is_near(other, x, y, z, reach_of(row), row[SPREAD]))
-    share, x, y, z = _shares(piece, faces, row)
-    part, u, v, w = (1.0, 0.0, 0.0, 0.0) if same else _shares(piece, faces, other)
-    if share == 0.0 or part == 0.0:
+    share = _shares(piece, faces, row)
+    part = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) if same else _shares(piece, faces, other)
+    if share[0] * part[0] == 0.0:
         return 0.0
     energy = 0.0
     for lifted in range(2):
-        sign = (1.0 - 2.0 * lifted) * share * part
+        sign = (1.0 - 2.0 * lifted) * share[0] * part[0]
         count = _set_charges(piece, faces, row, other, same, lifted, shaped, room)
         if shaped:
             set_continued_potentials(room, count, other)
@@ -138,20 +138,24 @@ def _add_pair(piece, faces, row, other, same, room, wanted):
             _set_fields(piece, other, shaped, room, count)
             _add_forces(piece, faces, row, other, lifted, sign, room, count)
     if not wanted:
-        _add(row, 0, -energy / share, (x, y, z, 0.0, 0.0, 0.0))
-        _add(other, 0, -energy / part, (u, v, w, 0.0, 0.0, 0.0))
+        _add(row, 0, -energy / share[0], share[1:])
+        _add(other, 0, -energy / part[0], part[1:])
     return energy
 
 
 @subroutine
 def _shares(piece, faces, row):
-    """Return the share of a face in the lift of a magnet, or the product for two, and gradient."""
-    (one, two), place = faces, center_on_piece(piece, row)
-    u, ux, uy, uz = share_of(one, place)
+    """Return the share of a face in the lift of a magnet, or the product for two, and slopes."""
+    one, two = faces
+    p = share_of(piece, one, row)
     if one[0, AXIS] == two[0, AXIS]:
-        return u, ux, uy, uz
-    v, vx, vy, vz = share_of(two, place)
-    return u * v, u * vx + v * ux, u * vy + v * uy, u * vz + v * uz
+        return p
+    q = share_of(piece, two, row)
+    a, b = p[0], q[0]
+    return (
+        a * b, a * q[1] + b * p[1], a * q[2] + b * p[2], a * q[3] + b * p[3],
+        a * q[4] + b * p[4], a * q[5] + b * p[5], a * q[6] + b * p[6],
+    )  # fmt: skip
 
 
 @subroutine

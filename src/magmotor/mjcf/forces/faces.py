@@ -1,7 +1,7 @@
 """Flat faces of a piece of iron: how high a magnet is lifted above one, and weights of images.
 
 The nodes of a piece resolve the field of a magnet that is about as far from them as they are from
-each other. A nearer magnet is lifted for them, away from the nearest point of the face. All
+each other. A nearer magnet is lifted for them, along the normal of the face that it is above. All
 coordinates here are in the frame of the piece. A face consists of rectangles, or is a disk; see
 `numerics/iron/nodes.py`.
 """
@@ -25,6 +25,10 @@ width is about `WIDTH` of it or more. The field of a small magnet varies more.""
 
 SOFT = 0.25
 """Half of the interval of heights in which the lift begins, over the height that nodes resolve."""
+
+SHARP = 0.05
+"""Difference of heights above two faces at an edge, over the thickness of a magnet, in which the
+lift goes from one to the other."""
 
 REACH = POINT * (1.0 + SOFT)
 """Gap to a face beyond which no magnet is lifted, over the distance of nodes."""
@@ -86,8 +90,12 @@ def height_above(face, place):
 
 
 @subroutine
-def from_face(face, place):
-    """Return a place relative to the nearest point of a face, along the two next axes."""
+def inside(face, place, radius):
+    """Return what is 1 above a face and falls to 0 within a radius beside it, and its slopes.
+
+    These are the derivatives by the places along the two next axes. The distance from the nearest
+    rectangle counts.
+    """
     axis, least = int(face[0, AXIS]), math.inf
     one = two = 0.0
     for k in range(len(face)):
@@ -96,27 +104,17 @@ def from_face(face, place):
         if face[k, HALF + 1] > 0.0:
             b -= max(-face[k, HALF], min(face[k, HALF], b))
             c -= max(-face[k, HALF + 1], min(face[k, HALF + 1], c))
+            square = b * b + c * c
         else:
-            distance = math.sqrt(b * b + c * c)
-            beside = max(0.0, 1.0 - face[k, HALF] / distance) if distance > 0.0 else 0.0
-            b, c = beside * b, beside * c
-        if b * b + c * c < least:
-            least, one, two = b * b + c * c, b, c
-    return one, two
-
-
-@subroutine
-def slope_from_face(face, place, one, two, u, v):
-    """Return the gradient of a function of `from_face`, of whose result it is (u, v)."""
-    if face[0, HALF + 1] > 0.0 or one * one + two * two == 0.0:
-        return (u if one != 0.0 else 0.0), (v if two != 0.0 else 0.0)
-    axis = int(face[0, AXIS])
-    b = place[(axis + 1) % 3] - face[0, CENTER]
-    c = place[(axis + 2) % 3] - face[0, CENTER + 1]
-    square = b * b + c * c
-    beside = 1.0 - face[0, HALF] / math.sqrt(square)
-    along = (1.0 - beside) * (b * u + c * v) / square
-    return beside * u + along * b, beside * v + along * c
+            disk = max(0.0, math.sqrt(b * b + c * c) - face[k, HALF])
+            square = disk * disk
+        if square < least:
+            least, one, two = square, b, c
+    if least == 0.0:
+        return 1.0, 0.0, 0.0
+    beside, slope = step(1.0 - math.sqrt(least) / radius)
+    slope = -slope / (radius * math.sqrt(one * one + two * two))
+    return beside, slope * one, slope * two
 
 
 @subroutine
@@ -202,27 +200,6 @@ def _inside(beyond, free, width, height):
     slope = -3.0 * x * x * more - 4.0 * WEDGE * cube * (1.0 - cube)
     slope *= 0.5 * height / (square * root)
     return (1.0 - cube) * more, slope * height, -slope * beyond
-
-
-@subroutine
-def share_of(face, place):
-    """Return the share of a face in the lift of a magnet at a place, and its gradient.
-
-    It is the squared cosine of the direction from the nearest point of the face to the normal: 1
-    above the face and 0 behind its plane. At a convex edge, those of both faces have the sum 1.
-    """
-    height, (one, two), axis = height_above(face, place), from_face(face, place), int(face[0, AXIS])
-    beside = one * one + two * two
-    if height <= 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    square = height * height + beside
-    share, scale = height * height / square, 2.0 * height / (square * square)
-    along, u, v = face[0, SIDE] * scale * beside, -scale * height * one, -scale * height * two
-    u, v = slope_from_face(face, place, one, two, u, v)
-    return (
-        share, component(axis, 0, along, u, v), component(axis, 1, along, u, v),
-        component(axis, 2, along, u, v),
-    )  # fmt: skip
 
 
 @subroutine

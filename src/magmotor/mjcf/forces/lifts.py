@@ -8,26 +8,33 @@ import math
 
 from magmotor.mjcf.forces.faces import (
     AXIS,
+    DEPTH,
+    HEIGHT,
     REACH,
+    SHARP,
     SIDE,
     component,
     distance_of_nodes,
     face_from,
     faces_of,
-    from_face,
     height_above,
     height_of_lift,
-    slope_from_face,
+    inside,
+    rises_above,
 )
 from magmotor.mjcf.forces.iron_pieces import EXTENT, FRAME, POSITION
 from magmotor.mjcf.forces.shape_distances import (
     reach_towards,
     squared_distance,
+    thickness_of,
     width_across,
 )
 from magmotor.mjcf.forces.shaped_magnets import KIND, LIFT, POINT, PUSH, RADIUS, WRENCH
 from magmotor.mjcf.forces.shaped_magnets import POSITION as POSITION_OF_SHAPE
 from magmotor.numerics.deferred import subroutine
+
+FAINT = -40.0
+"""Logarithm of the largest share that is none."""
 
 
 @subroutine
@@ -77,20 +84,20 @@ def set_lifts(piece, rows):
     """Write how far magnets are lifted for the nodes of a piece; return whether any is."""
     any_lifted, x, y, z = False, piece[POSITION], piece[POSITION + 1], piece[POSITION + 2]
     faces = faces_of(piece)
-    farthest = piece[EXTENT] + REACH * distance_of_nodes(faces)
+    farthest = piece[EXTENT] + (1.0 + REACH) * distance_of_nodes(faces)
     for k in range(len(rows)):
         row = rows[k]
         row[LIFT] = row[LIFT + 1] = row[LIFT + 2] = 0.0
-        reach = farthest + row[RADIUS]
+        reach = farthest + 2.0 * row[RADIUS]
         if len(faces) == 0 or squared_distance(row, x, y, z) > reach * reach:
             continue
         first, place = 0, center_on_piece(piece, row)
         while first < len(faces):
             face = face_from(faces, first)
-            _, (u, v, w), share, (height, _, _), _, _ = _lift_from(piece, row, place, face)
-            row[LIFT] += share * height * u
-            row[LIFT + 1] += share * height * v
-            row[LIFT + 2] += share * height * w
+            height = _lift_from(piece, row, place, face)[0]
+            if height != 0.0:
+                share = share_of(piece, face, row)[0]
+                row[LIFT + int(face[0, AXIS])] += face[0, SIDE] * share * height
             first += len(face)
         any_lifted = any_lifted or is_lifted(row)
     return any_lifted
@@ -103,34 +110,105 @@ def is_lifted(row):
 
 
 @subroutine
-def _lift_from(piece, row, place, face):
-    """Return how a magnet is lifted away from the nearest point of a face.
+def _gap(piece, face, row):
+    """Return the height of a magnet's lowest point above the plane of a face, and that point.
 
-    These are the distance of its center from there, the direction, the share of the face, that is
-    the squared cosine to the normal, and the height with its derivatives; and, in the world, the
-    magnet's lowest point, and the gradient of its width by the direction. Two faces at a convex
-    edge, which is the nearest point of both, have the sum of shares 1.
+    The point is relative to the magnet's center, along the axes of the piece.
     """
-    nothing, axis = (0.0, 0.0, 0.0), int(face[0, AXIS])
-    apart, height, least = distance_of_nodes(face), height_above(face, place), row[RADIUS]
-    one, two = from_face(face, place)
-    distance = math.sqrt(one * one + two * two + height * height)
-    if height <= 0.0 or distance - least > REACH * apart:
-        return distance, nothing, 0.0, nothing, nothing, nothing
-    cosine, one, two = height / distance, one / distance, two / distance
-    along = face[0, SIDE] * cosine
-    direction = (
-        component(axis, 0, along, one, two), component(axis, 1, along, one, two),
-        component(axis, 2, along, one, two),
-    )  # fmt: skip
+    height = height_above(face, center_on_piece(piece, row))
     if int(row[KIND]) == POINT:
-        lifted = height_of_lift(apart, distance, 0.0)
-        return distance, direction, cosine * cosine, lifted, nothing, nothing
-    x, y, z = to_world(piece, direction[0], direction[1], direction[2])
-    extent, px, py, pz = reach_towards(row, -x, -y, -z)
-    width, wx, wy, wz = width_across(row, x, y, z)
-    lifted = height_of_lift(apart, distance - extent, width)
-    return distance, direction, cosine * cosine, lifted, (px, py, pz), (wx, wy, wz)
+        return height, 0.0, 0.0, 0.0
+    nx, ny, nz = normal_of(piece, face)
+    extent, x, y, z = reach_towards(row, -nx, -ny, -nz)
+    return (height - extent, *to_piece(piece, x, y, z))
+
+
+@subroutine
+def share_of(piece, face, row):
+    """Return the share of a face in the lift of a magnet, and its derivatives by place and turn.
+
+    It is 1 but near edges: the convex edge of two planes, of which the magnet's lowest point is
+    above one and behind the other, or a little behind both. Their shares have the sum 1.
+    """
+    thickness = thickness_of(row)
+    if thickness == 0.0:
+        thickness = min(distance_of_nodes(face), face[0, DEPTH])
+    scale = 1.0 / (SHARP * thickness)
+    gap, x, y, z = _gap(piece, face, row)
+    own, more = _soft(scale * gap)
+    faces, first, total = faces_of(piece), 0, 0.0
+    fx = fy = fz = tx = ty = tz = 0.0
+    while first < len(faces):
+        other = face_from(faces, first)
+        first += len(other)
+        same = other[0, AXIS] == face[0, AXIS] and other[0, SIDE] == face[0, SIDE]
+        if same and other[0, HEIGHT] == face[0, HEIGHT]:
+            continue
+        # The lowest point is below the center.
+        highest = height_above(other, center_on_piece(piece, row))
+        if scale * min(highest, 0.0) - own < FAINT or _meet_inside(face, other):
+            continue
+        height, u, v, w = _gap(piece, other, row)
+        level, slope = _soft(scale * height)
+        ratio = math.exp(level - own)
+        total += ratio
+        a = _by_plane(other, u, v, w, ratio * slope * scale)
+        b = _by_plane(face, x, y, z, ratio * more * scale)
+        fx, fy, fz = fx + a[0] - b[0], fy + a[1] - b[1], fz + a[2] - b[2]
+        tx, ty, tz = tx + a[3] - b[3], ty + a[4] - b[4], tz + a[5] - b[5]
+    share = 1.0 / (1.0 + total)
+    factor = -share * share
+    return (
+        share, factor * fx, factor * fy, factor * fz, factor * tx, factor * ty, factor * tz
+    )  # fmt: skip
+
+
+@subroutine
+def _soft(x):
+    """Return -log(1 + exp(-x)) and its derivative."""
+    small = math.exp(-abs(x))
+    return min(x, 0.0) - math.log1p(small), (small if x > 0.0 else 1.0) / (1.0 + small)
+
+
+@subroutine
+def _by_plane(face, x, y, z, slope):
+    """Return the derivatives, by place and turn, of a slope times the height of a lowest point."""
+    axis, slope = int(face[0, AXIS]), face[0, SIDE] * slope
+    nx, ny, nz = (slope if axis == 0 else 0.0), (slope if axis == 1 else 0.0), 0.0
+    nz = slope if axis == 2 else 0.0
+    return nx, ny, nz, y * nz - z * ny, z * nx - x * nz, x * ny - y * nx
+
+
+@subroutine
+def _meet_inside(one, two):
+    """Whether two faces meet in an inner corner."""
+    return one[0, AXIS] != two[0, AXIS] and rises_above(one, two) and rises_above(two, one)
+
+
+@subroutine
+def _lift_from(piece, row, place, face):
+    """Return how far a face alone lifts a magnet, and the derivatives by its place and turn."""
+    apart, nothing = distance_of_nodes(face), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    height, radius = height_above(face, place), (row[RADIUS] if row[RADIUS] > 0.0 else apart)
+    if height - row[RADIUS] > REACH * apart:
+        return nothing
+    beside, by_one, by_two = inside(face, place, radius)
+    if beside == 0.0:
+        return nothing
+    gap, x, y, z = _gap(piece, face, row)
+    width = wx = wy = wz = 0.0
+    if int(row[KIND]) != POINT:
+        nx, ny, nz = normal_of(piece, face)
+        width, wx, wy, wz = width_across(row, nx, ny, nz)
+        wx, wy, wz = to_piece(piece, wx, wy, wz)
+    lifted, by_gap, by_width = height_of_lift(apart, gap, width)
+    a = _by_plane(face, x, y, z, beside * by_gap)
+    b = _by_plane(face, wx, wy, wz, beside * by_width)
+    axis, u, v = int(face[0, AXIS]), lifted * by_one, lifted * by_two
+    return (
+        beside * lifted, component(axis, 0, a[0], u, v), component(axis, 1, a[1], u, v),
+        component(axis, 2, a[2], u, v), a[3] + b[3], a[4] + b[4], a[5] + b[5],
+    )  # fmt: skip
 
 
 @subroutine
@@ -144,57 +222,26 @@ def wrench_of_lifted(piece, row, wrench):
     gx, gy, gz = to_piece(piece, wrench[0], wrench[1], wrench[2])
     push = row[PUSH] - gx, row[PUSH + 1] - gy, row[PUSH + 2] - gz
     fx, fy, fz = row[WRENCH], row[WRENCH + 1], row[WRENCH + 2]
-    tx, ty, tz = to_world(piece, row[WRENCH + 3], row[WRENCH + 4], row[WRENCH + 5])
+    tx, ty, tz = row[WRENCH + 3], row[WRENCH + 4], row[WRENCH + 5]
     while first < len(faces):
         face = face_from(faces, first)
-        more = _wrench_by_lift(piece, row, place, face, push)
-        fx, fy, fz = fx + more[0], fy + more[1], fz + more[2]
-        tx, ty, tz = tx + more[3], ty + more[4], tz + more[5]
+        height, ux, uy, uz, vx, vy, vz = _lift_from(piece, row, place, face)
+        if height != 0.0:
+            share, sx, sy, sz, rx, ry, rz = share_of(piece, face, row)
+            axis = int(face[0, AXIS])
+            along = face[0, SIDE] * (push[0] if axis == 0 else (push[1] if axis == 1 else push[2]))
+            share, height = along * share, along * height
+            fx, fy, fz = (
+                fx + share * ux + height * sx, fy + share * uy + height * sy,
+                fz + share * uz + height * sz,
+            )  # fmt: skip
+            tx, ty, tz = (
+                tx + share * vx + height * rx, ty + share * vy + height * ry,
+                tz + share * vz + height * rz,
+            )  # fmt: skip
         first += len(face)
-    force = to_world(piece, fx, fy, fz)
+    force, torque = to_world(piece, fx, fy, fz), to_world(piece, tx, ty, tz)
     return (
         wrench[0] - force[0], wrench[1] - force[1], wrench[2] - force[2],
-        wrench[3] - tx, wrench[4] - ty, wrench[5] - tz,
-    )  # fmt: skip
-
-
-@subroutine
-def _wrench_by_lift(piece, row, place, face, push):
-    """Return the derivatives of a push times the lift from a face, as a wrench on the magnet.
-
-    The force is along the axes of the piece, the torque in the world. The lift is
-    share * height(gap, width) * u, where u is the direction from the nearest point; the gap is the
-    distance less the reach towards that point.
-    """
-    distance, (ux, uy, uz), share, lifted, lowest, by_width = _lift_from(piece, row, place, face)
-    height, by_gap, slope = lifted
-    if height == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    axis, side = int(face[0, AXIS]), face[0, SIDE]
-    cosine = side * (ux if axis == 0 else (uy if axis == 1 else uz))
-    along = push[0] * ux + push[1] * uy + push[2] * uz
-    by_gap, slope = share * along * by_gap, share * along * slope
-    # By turns of the direction: of the share, of the reach and the width, and of the lift itself.
-    x, y, z = (
-        by_gap * lowest[0] + slope * by_width[0], by_gap * lowest[1] + slope * by_width[1],
-        by_gap * lowest[2] + slope * by_width[2],
-    )  # fmt: skip
-    ax, ay, az = to_piece(piece, x, y, z)
-    lean, scale = 2.0 * cosine * height * along * side, share * height
-    ax += scale * push[0] + (lean if axis == 0 else 0.0)
-    ay += scale * push[1] + (lean if axis == 1 else 0.0)
-    az += scale * push[2] + (lean if axis == 2 else 0.0)
-    inner, inverse = ax * ux + ay * uy + az * uz, 1.0 / distance
-    fx = by_gap * ux + inverse * (ax - inner * ux)
-    fy = by_gap * uy + inverse * (ay - inner * uy)
-    fz = by_gap * uz + inverse * (az - inner * uz)
-    one, two = from_face(face, place)
-    u = fy if axis == 0 else (fz if axis == 1 else fx)
-    v = fz if axis == 0 else (fx if axis == 1 else fy)
-    normal = fx if axis == 0 else (fy if axis == 1 else fz)
-    u, v = slope_from_face(face, place, one, two, u, v)
-    nx, ny, nz = to_world(piece, ux, uy, uz)
-    return (
-        component(axis, 0, normal, u, v), component(axis, 1, normal, u, v),
-        component(axis, 2, normal, u, v), y * nz - z * ny, z * nx - x * nz, x * ny - y * nx,
+        wrench[3] - torque[0], wrench[4] - torque[1], wrench[5] - torque[2],
     )  # fmt: skip

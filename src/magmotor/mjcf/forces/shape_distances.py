@@ -9,6 +9,7 @@ from magmotor.mjcf.forces.mirror import mirrored
 from magmotor.mjcf.forces.shaped_magnets import (
     KIND,
     LENGTHS,
+    POINT,
     POSITION,
     RADIUS,
     SPREAD,
@@ -156,6 +157,20 @@ def _reach_of_mesh(row, x, y, z):
         root = math.sqrt(root)
     scale = root / total
     return ((2.0 * root - 1.0) * radius, *in_world(row, scale * u, scale * v, scale * w))
+
+
+@subroutine
+def thickness_of(row):
+    """Return the least width of a magnet, or an estimate of a mesh's; 0 for a dipole."""
+    a, b, c = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
+    kind = int(row[KIND])
+    if kind == POINT:
+        return 0.0
+    if kind == MESH:
+        return row[RADIUS]
+    if kind in (CAPSULE, CYLINDER):
+        return 2.0 * (min(a, b) if kind == CYLINDER else a)
+    return 2.0 * min(a, b, c)
 
 
 @subroutine
