@@ -220,13 +220,13 @@ def _seen_from(row, lifted, place):
 
 
 @subroutine
-def _weight_at(faces, place):
+def _weight_at(faces, place, radius):
     """Return the weight of a charge above one face, or two if they differ, and its gradient."""
     one, two = faces
-    u, ux, uy, uz = weight_on(one, place)
+    u, ux, uy, uz = weight_on(one, place, radius)
     if one[0, AXIS] == two[0, AXIS]:
         return u, ux, uy, uz
-    v, vx, vy, vz = weight_on(two, place)
+    v, vx, vy, vz = weight_on(two, place, radius)
     return u * v, u * vx + v * ux, u * vy + v * uy, u * vz + v * uz
 
 
@@ -238,7 +238,7 @@ def _add_weights(piece, faces, row, lifted, sign, room, count, wanted):
     energy = fx = fy = fz = tx = ty = tz = 0.0
     for k in range(count):
         a, b, c = room[PLACES, k], room[PLACES + 1, k], room[PLACES + 2, k]
-        weight, gx, gy, gz = _weight_at(faces, (a, b, c))
+        weight, gx, gy, gz = _weight_at(faces, (a, b, c), row[RADIUS])
         part = room[3, k] * room[4, k]
         energy += weight * part
         room[3, k] *= weight

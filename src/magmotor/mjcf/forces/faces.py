@@ -33,9 +33,12 @@ lift goes from one to the other."""
 REACH = POINT * (1.0 + SOFT)
 """Gap to a face beyond which no magnet is lifted, over the distance of nodes."""
 
-SEAM, BLUNT = 0.5, 0.1
-"""Width in which images go from one rectangle to the next, and how far the edges of a piece are
-rounded, over the distance of nodes."""
+SEAM = 0.5
+"""Width in which images go from one rectangle to the next, over the distance of nodes."""
+
+BLUNT, ROUND = 0.1, 0.2
+"""How far the edges of a piece are rounded, over the distance of nodes, and over the radius of a
+magnet, whose charges are points."""
 
 WEDGE = 0.563
 """Number in the weight at an edge, by which charges near a wedge of 90 degrees have the energy of
@@ -91,7 +94,7 @@ def height_above(face, place):
 
 @subroutine
 def inside(face, place, radius):
-    """Return what is 1 above a face and falls to 0 within a radius beside it, and its slopes.
+    """Return what is 1 above a face and falls to 0 from one to two radii beside it, and its slopes.
 
     These are the derivatives by the places along the two next axes. The distance from the nearest
     rectangle counts.
@@ -112,7 +115,7 @@ def inside(face, place, radius):
             least, one, two = square, b, c
     if least == 0.0:
         return 1.0, 0.0, 0.0
-    beside, slope = step(1.0 - math.sqrt(least) / radius)
+    beside, slope = step(2.0 - math.sqrt(least) / radius)
     slope = -slope / (radius * math.sqrt(one * one + two * two))
     return beside, slope * one, slope * two
 
@@ -140,14 +143,14 @@ def height_of_lift(distance, gap, width):
 
 
 @subroutine
-def weight_on(face, place):
-    """Return the weight of a charge above a face, and its gradient.
+def weight_on(face, place, radius):
+    """Return the weight of a charge of a magnet above a face, and its gradient.
 
     It is 1 above the middle of the face, also slightly below its plane, and falls beside it and
     deeper.
     """
     distance, height = distance_of_nodes(face), height_above(face, place)
-    blunt = BLUNT * distance
+    blunt = BLUNT * distance + ROUND * radius
     root = math.sqrt(height * height + blunt * blunt)
     weight = by_one = by_two = by_root = 0.0
     for k in range(len(face)):

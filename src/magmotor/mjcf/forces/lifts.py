@@ -84,11 +84,11 @@ def set_lifts(piece, rows):
     """Write how far magnets are lifted for the nodes of a piece; return whether any is."""
     any_lifted, x, y, z = False, piece[POSITION], piece[POSITION + 1], piece[POSITION + 2]
     faces = faces_of(piece)
-    farthest = piece[EXTENT] + (1.0 + REACH) * distance_of_nodes(faces)
+    farthest = piece[EXTENT] + (2.0 + REACH) * distance_of_nodes(faces)
     for k in range(len(rows)):
         row = rows[k]
         row[LIFT] = row[LIFT + 1] = row[LIFT + 2] = 0.0
-        reach = farthest + 2.0 * row[RADIUS]
+        reach = farthest + 3.0 * row[RADIUS]
         if len(faces) == 0 or squared_distance(row, x, y, z) > reach * reach:
             continue
         first, place = 0, center_on_piece(piece, row)
