@@ -230,7 +230,7 @@ def describe(model: mujoco.MjModel) -> Description:
     pairs = _pairs(model, sorted(magnets))
     owners = declared.field_owners(model) if "fields" in named else set()
     conductors = declared.conductors(model) if "conductors" in named else {}
-    braked = _braked(model, magnets, conductors)
+    braked = bool(conductors) and any(can_move(model, body) for body in magnets)
     acting = bool(pairs or braked or _meets(model, magnets, owners, magnetized))
     noise = _rows(model) if "noise" in named else {}
     potentials = _waves(model) if "potentials" in named else {}
@@ -347,16 +347,6 @@ def _meets(
     met = ((owner, weld) for owner in owners for weld in welds if owner != weld)
     in_field = any(can_move(model, owner) or can_move(model, weld) for owner, weld in met)
     return in_field or bool(planes and moving)
-
-
-def _braked(model: mujoco.MjModel, magnets: Iterable[int], planes: Iterable[int]) -> bool:
-    """Whether the body of a magnet moves relative to that of a conductor."""
-    return any(
-        model.body_weldid[one] != model.body_weldid[other]
-        and (can_move(model, one) or can_move(model, other))
-        for one in magnets
-        for other in model.geom_bodyid[[*planes]].tolist()
-    )
 
 
 def _rows(model: mujoco.MjModel) -> dict[str, Array]:

@@ -45,9 +45,6 @@ def read_conductors(table, acts, m, offsets):
 @subroutine
 def _add_planes(table, k, m, offsets):
     """Write a row for each plane of tuple k."""
-    body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
-    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
-    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
     numeric = -1
     for i in elements_of(k, m, offsets):
         kind, number, _ = element(i, m, offsets)
@@ -58,9 +55,7 @@ def _add_planes(table, k, m, offsets):
         if kind == GEOM:
             added = add_row(table, CONDUCTORS)
             row = conductors(table)[added]
-            row.tuple, row.geom, row.numeric, row.body = k, geom, numeric, body_of[geom]
-            row.weld = weld_of[row.body]
-            row.freedoms = freedoms[row.weld]
+            row.tuple, row.geom, row.numeric = k, geom, numeric
 
 
 @subroutine

@@ -44,9 +44,9 @@ IRON = columns("geom material body weld freedoms")
 SHAPE = columns("geom body weld freedoms")
 """A geom that is a magnet if it has a polarization: its number, its body, and the same of it."""
 
-CONDUCTOR = columns("tuple geom numeric body weld freedoms")
-"""The upper face of a conducting plate: its tuple, its plane, the numeric of its conductivity and
-thickness, its body, and the same of that."""
+CONDUCTOR = columns("tuple geom numeric")
+"""The upper face of a conducting plate: its tuple, its plane, which MuJoCo lets no body move, and the
+numeric of its conductivity and thickness."""
 
 MAGNETOMETER = columns("sensor instance site address")
 """A sensor of the field: its number, its instance of the plugin, its site (-1 also if it has no

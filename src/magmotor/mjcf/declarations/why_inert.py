@@ -96,12 +96,9 @@ def _why_no_magnetism(table, m, offsets, kinds):
     first, several, moves = _magnetic_bodies(table, m, offsets, kinds)
     if first < 0:
         return NO_DIPOLES
-    given = faced = False
+    given, faced = False, kinds & CONDUCTORS != 0 and len(conductors(table)) > 0
     for row in fields(table)[: memory.UNBOUNDED if kinds & FIELDS else 0]:
         given = given or several or row.weld != first
-    for row in conductors(table)[: memory.UNBOUNDED if kinds & CONDUCTORS else 0]:
-        faced = faced or several or row.weld != first
-        moves = moves or (row.weld != first and row.freedoms > 0)
     for row in planes(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
         faced = faced or _is_magnetized(row, m, offsets)
     if not several and not given and not faced:

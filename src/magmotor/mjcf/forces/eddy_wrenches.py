@@ -24,13 +24,13 @@ from magmotor.mjcf.forces.dipole_table import (
     BODY,
     ELEMENT,
     FIRST,
-    LABEL,
     MOVES,
     ROWS,
     SIZE,
     dipole,
     padded,
 )
+from magmotor.mjcf.forces.shape_wrenches import add_wrench_about
 from magmotor.mjcf.forces.shaped_magnets import COLUMNS, KIND, POLARIZATION, RADIUS
 from magmotor.mjcf.late_functions import LateFunction, loading_failed
 from magmotor.numerics import c_types as types
@@ -67,7 +67,7 @@ NEAR, FAR = 0.5, 2.0
 
 @subroutine
 def add_eddy_wrenches(state, own, m, d, offsets, applied):
-    """Add the wrenches by eddy currents; return the number of magnets that brake, and an error.
+    """Add the wrenches by eddy currents; return how many plates act, and an error.
 
     The arguments are those of `set_magnetic_wrenches`, which has marked the stack of `mjData`.
     """
@@ -109,17 +109,15 @@ def _add(checksum: int, offsets: layout.Layout) -> Any:
             if numbers[0] == 0.0:
                 continue
             plane = _plane(plate.geom, d, offsets)
-            filled, low = _fill(charges, plate, plane, dipoles, number, shaped, rows)
+            filled, low = _fill(charges, plane, dipoles, number, shaped, rows)
             if low >= 0:
                 found[0], found[1] = int(dipoles[ELEMENT, low]), plate.geom
                 return -1
-            _set_drives(charges, filled, plate.body, plane, m, d, offsets)
+            _set_drives(charges, filled, plane, m, d, offsets)
             thick = 2.0 * numbers[1] if len(numbers) > 1 and numbers[1] > 0.0 else ENDLESS
             factor = scale * scale * numbers[0] / (16.0 * math.pi)
-            _add_forces(charges, filled, factor, thick, plate, plane, m, d, offsets, wrenches)
-            for k in range(number):
-                apart = dipoles[LABEL, int(dipoles[FIRST, k])] != plate.weld
-                acting += apart and dipoles[MOVES, k] + plate.freedoms > 0.0
+            _add_forces(charges, filled, factor, thick, plane, d, offsets, wrenches)
+            acting += filled > 0
         return acting
 
     return add_wrenches
@@ -150,17 +148,15 @@ def _height(plane, x, y, z):
 
 
 @subroutine
-def _fill(charges, plate, plane, dipoles, number, shaped, rows):
-    """Write the charges of all magnets that are not fixed to a plate.
+def _fill(charges, plane, dipoles, number, shaped, rows):
+    """Write the charges of all magnets that can move.
 
     Returns their number, and the column of a magnet that is below the plane, or -1.
     """
     end = 0
     for k in range(number):
         first = int(dipoles[FIRST, k])
-        if dipoles[LABEL, first] == plate.weld:
-            continue
-        for i in range(first, first + int(dipoles[SIZE, k])):
+        for i in range(first, first + int(dipoles[SIZE, k]) if dipoles[MOVES, k] > 0.0 else first):
             target = dipole(dipoles, i)
             if target[3] == 0.0 and target[4] == 0.0 and target[5] == 0.0:
                 continue
@@ -205,13 +201,12 @@ def _set_places(room, count, plane, polarization):
 
 
 @subroutine
-def _set_drives(charges, count, owner, plane, m, d, offsets):
-    """Write the velocities of charges relative to a plate's body, and charges of 0 after them."""
+def _set_drives(charges, count, plane, m, d, offsets):
+    """Write the velocities of charges, times these, and charges of 0 after the last one."""
     for k in range(count):
         x, y, z, q = charges[X, k], charges[Y, k], charges[Z, k], charges[CHARGE, k]
         u, v, w = _velocity(int(charges[BODIES, k]), x, y, z, m, d, offsets)
-        a, b, c = _velocity(owner, x, y, z, m, d, offsets)
-        u, v, w = _in_plane(plane, u - a, v - b, w - c)
+        u, v, w = _in_plane(plane, u, v, w)
         charges[DRIVE, k], charges[DRIVE + 1, k], charges[DRIVE + 2, k] = q * u, q * v, q * w
     for k in range(count, padded(count)):
         for row in range(ROWS_OF_CHARGES):
@@ -233,39 +228,20 @@ def _velocity(body, x, y, z, m, d, offsets):
 
 
 @subroutine
-def _add_forces(charges, count, factor, thick, plate, plane, m, d, offsets, applied):
-    """Add the forces on all charges to the wrenches of their bodies, and the reactions."""
+def _add_forces(charges, count, factor, thick, plane, d, offsets, applied):
+    """Add the forces on all charges to the wrenches of their bodies."""
     center = memory.numbers(d[offsets.xipos // 8], memory.UNBOUNDED, 3)
-    weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
-    freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
     end = padded(count)
     for k in range(count):
         u, v, w = _drag(charges, end, k, thick)
         per = factor * charges[CHARGE, k]
         u, v, w = per * u, per * v, per * w
-        force = (
-            plane[3] * u + plane[4] * v + plane[5] * w,
-            plane[6] * u + plane[7] * v + plane[8] * w,
-            plane[9] * u + plane[10] * v + plane[11] * w,
-        )
+        fx = plane[3] * u + plane[4] * v + plane[5] * w
+        fy = plane[6] * u + plane[7] * v + plane[8] * w
+        fz = plane[9] * u + plane[10] * v + plane[11] * w
         place, body = (charges[X, k], charges[Y, k], charges[Z, k]), int(charges[BODIES, k])
-        if freedoms[weld_of[body]] > 0:
-            _add_force(body, 1.0, force, place, center, applied)
-        if plate.freedoms > 0:
-            _add_force(plate.body, -1.0, force, place, center, applied)
-
-
-@subroutine
-def _add_force(body, sign, force, place, center, applied):
-    """Add a force at a place to the wrench of a body."""
-    x, y, z = place[0] - center[body, 0], place[1] - center[body, 1], place[2] - center[body, 2]
-    fx, fy, fz = sign * force[0], sign * force[1], sign * force[2]
-    applied[body, 0] += fx
-    applied[body, 1] += fy
-    applied[body, 2] += fz
-    applied[body, 3] += y * fz - z * fy
-    applied[body, 4] += z * fx - x * fz
-    applied[body, 5] += x * fy - y * fx
+        wrench = (fx, fy, fz, 0.0, 0.0, 0.0)
+        add_wrench_about(body, 1.0, wrench, place, center, applied)
 
 
 @subroutine

@@ -51,10 +51,6 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
         for i in range(len(state.fields)):
             if state.fields[i, OWNER_MOVES] > 0.0:
                 applied[int(state.fields[i, OWNER])] = 0.0
-        plates = len(conductors(own)) if kinds & CONDUCTORS else 0
-        for plate in conductors(own)[:plates]:
-            if plate.freedoms > 0:
-                applied[plate.body] = 0.0
         acting, error = _set_mutual_wrenches(state, own, m, d, offsets, center, applied)
         if error[0] < 0:
             more, error = _add_field_wrenches(state, m, offsets, center, applied)
@@ -65,7 +61,7 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
             add_shape_corrections(state, center, applied, False)
         if error[0] < 0 and len(state.pieces) > 0:
             acting += add_iron_wrenches(state, m, offsets, center, applied)
-        if error[0] < 0 and plates > 0:
+        if error[0] < 0 and kinds & CONDUCTORS and len(conductors(own)) > 0:
             more, error = add_eddy_wrenches(state, own, m, d, offsets, applied)
             acting += more
         if error[0] < 0:
