@@ -125,7 +125,7 @@ def test_a_dipole_is_braked_as_closed_forms_say(axis, motion, space, sheet, thic
     unit = MU0**2 * ALUMINUM * m**2 / (128 * math.pi * h**3)
     exact = unit * (sheet * thickness / h if thickness else space)
     drag = drag_of(model, data)[motion, motion]
-    assert drag == pytest.approx(exact, rel=1e-3 if thickness else 1e-6)  # 2e-4; 3e-8
+    assert drag == pytest.approx(exact, rel=1e-3 if thickness else 4e-7)  # 1e-4; 2e-8
 
 
 def test_a_dipole_that_spins_is_braked_as_the_closed_form_says():
@@ -171,7 +171,7 @@ def test_the_heat_is_that_of_the_currents(thickness):
         power = -velocity @ force_at(model, data, velocity)
         data.qvel[:] = velocity
         exact = heat_of_dipoles(model, data, ALUMINUM, thickness)
-        assert power == pytest.approx(exact, rel=2e-5)  # 1.6e-6
+        assert power == pytest.approx(exact, rel=5e-6)  # 1.9e-7
 
 
 def test_friction_is_symmetric_and_never_drives():
@@ -191,7 +191,7 @@ def test_friction_is_symmetric_and_never_drives():
             drag = drag_of(*loaded(metal=[ALUMINUM, 0.002], **arguments))
             values = np.linalg.eigvalsh(drag + drag.T)
             assert abs(drag - drag.T).max() < 1e-7 * abs(drag).max()  # 1e-8
-            assert values.min() > -1e-9 * values.max()
+            assert values.min() > -1e-9 * values.max()  # they are positive
 
 
 def of_disk(gap, thickness):
@@ -214,8 +214,9 @@ def of_disk(gap, thickness):
 
 @pytest.mark.parametrize(
     ("gap", "bound"),
-    [(0.0005, 0.2), (0.001, 0.05), (0.002, 2e-3), (0.005, 2e-4), (0.01, 3e-5), (0.04, 2e-5)],
-)  # 12 %, 1.7 %, 5e-4, 5.3e-5 to 5.6e-4, 5e-6, 2e-6
+    [(0.0001, 0.2), (0.0005, 0.2), (0.001, 0.05), (0.002, 0.01), (0.005, 1e-6), (0.01, 5e-5),
+     (0.04, 5e-5)],
+)  # -4 %, 12 %, 1.7 %, 5e-4, 6e-8, 4e-6, 2e-6
 def test_a_disk_is_braked_by_its_shape(gap, bound):
     """Charges of the surface; a dipole would be 210 % off at 1 mm, and 4 % at 40 mm."""
     model, data = loaded(body([0, 0, gap + 0.005], DISK), [ALUMINUM, 0.003])
@@ -235,13 +236,13 @@ def test_a_ball_is_a_dipole():
 def test_opposite_dipoles_of_one_body_brake_less():
     one, other = DIPOLE.format("0.002 0 0", "0 0 1", 1), DIPOLE.format("-.002 0 0", "0 0 -1", 1)
     single, pair = (drag_of(*loaded(body([0, 0, 0.02], each)))[0, 0] for each in (one, one + other))
-    assert 0 < pair < 0.1 * single  # 0.04
+    assert 0 < pair < 0.1 * single  # 0.088
 
 
 @pytest.mark.parametrize("plugin", [PLUGIN, ""])
-@pytest.mark.parametrize(("integrator", "bound"), [("Euler", 2e-3), ("RK4", 1e-6)])
+@pytest.mark.parametrize(("integrator", "bound"), [("Euler", 4e-4), ("RK4", 4e-8)])
 def test_a_magnet_slows_down_exponentially(plugin, integrator, bound):
-    """With the stages of RK4, too; the bounds are for steps of 1/700 of the time constant."""
+    """With the stages of RK4, too; a step is 1/3400 of the time constant."""
     slide = '<joint type="slide" axis="1 0 0"/>'
     above = body([0, 0, 0.02], DIPOLE.format("0 0 0", "0 0 1", 1.3), slide)
     model, data = loaded(above, plugin=plugin, integrator=integrator)
@@ -249,7 +250,7 @@ def test_a_magnet_slows_down_exponentially(plugin, integrator, bound):
     rate = MU0**2 * ALUMINUM * 1.3**2 / (128 * math.pi * 0.02**3) / 0.1
     with mm.magnetism():
         mujoco.mj_step(model, data, nstep=500)
-    assert data.qvel[0] == pytest.approx(0.5 * math.exp(-rate * 0.5), rel=bound)  # 7e-4; 3e-8
+    assert data.qvel[0] == pytest.approx(0.5 * math.exp(-rate * 0.5), rel=bound)  # 2.1e-5; 1.7e-9
 
 
 def test_the_energy_lost_is_the_work_of_the_forces():
@@ -267,7 +268,7 @@ def test_the_energy_lost_is_the_work_of_the_forces():
     work = sum(powers) * 2e-4
     assert max(powers) < 0
     assert start - data.energy[1] > 0.1 * start
-    assert data.energy[1] - start == pytest.approx(work, rel=0.02)  # 4e-3
+    assert data.energy[1] - start == pytest.approx(work, rel=0.01)  # 8e-4
 
 
 def test_a_magnet_slides_down_aluminum_at_its_terminal_speed():

@@ -161,41 +161,50 @@ DeclarationError(coupled_magnet, 4): geom 4 'ball' is a magnet of a body of coup
 # Marks
 >>> mm.describe(model(act="magnet"))
 DeclarationError(mark, 0): text 'magmotor' = 'magnet': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act="dipoles, noise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipoles, noise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 >>> mm.describe(model(act="dipolesnoise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipolesnoise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 >>> mm.describe(model(act="Dipoles"))
 DeclarationError(mark, 0): text 'magmotor' = 'Dipoles': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act="%n"))
 DeclarationError(mark, 0): text 'magmotor' = '%n': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act=" "))
 DeclarationError(mark, 0): text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act="couplings dipolez"))
 DeclarationError(mark, 0): text 'magmotor' = 'couplings dipolez': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 
 # Marks of the plugin
 >>> model(plugin=True, act="dipols")
 ValueError: Error: engine error: text 'magmotor' = 'dipols': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 >>> model(plugin=True, act=" ")
 ValueError: Error: engine error: text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> model(act=None, config="all, dipoles")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'all, dipoles': must be one or
-    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all,
-    separated by spaces
+    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets,
+    conductors, all, separated by spaces
 >>> model(act=None, config="dipols")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'dipols': must be one or more
-    of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all,
-    separated by spaces
+    of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors,
+    all, separated by spaces
 >>> model(act="noise dipoles", config="all")
 ValueError: Error: engine error: text 'magmotor' = 'noise dipoles' and config 'act' of
     magmotor.forces = 'all': must have the same words, or only one of the two must be given
