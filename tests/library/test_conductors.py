@@ -214,8 +214,15 @@ def of_disk(gap, thickness):
 
 @pytest.mark.parametrize(
     ("gap", "bound"),
-    [(0.0001, 0.2), (0.0005, 0.2), (0.001, 0.05), (0.002, 0.01), (0.005, 1e-6), (0.01, 5e-5),
-     (0.04, 5e-5)],
+    [
+        (0.0001, 0.2),
+        (0.0005, 0.2),
+        (0.001, 0.05),
+        (0.002, 0.01),
+        (0.005, 1e-6),
+        (0.01, 5e-5),
+        (0.04, 5e-5),
+    ],
 )  # -4 %, 12 %, 1.7 %, 5e-4, 6e-8, 4e-6, 2e-6
 def test_a_disk_is_braked_by_its_shape(gap, bound):
     """Charges of the surface; a dipole would be 210 % off at 1 mm, and 4 % at 40 mm."""
@@ -223,6 +230,39 @@ def test_a_disk_is_braked_by_its_shape(gap, bound):
     drag, exact = drag_of(model, data), of_disk(gap, 0.003)
     assert drag[0, 0] == pytest.approx(exact, rel=bound)
     assert drag[2, 2] == pytest.approx(2 * exact, rel=bound)
+
+
+def of_bar(gap, half, thickness):
+    """The drags along x and y of a box magnetized along z, by the transforms of its faces."""
+    end = 16 / gap
+    edges = np.linspace(0, end, math.ceil(end * half[0] / math.pi) + 1)
+    points, weights = np.polynomial.legendre.leggauss(8)
+    width = edges[1] / 2
+    one = (edges[:-1, None] + width + width * points).ravel()
+    each = np.tile(width * weights, len(edges) - 1)
+    x, y = np.meshgrid(one, one, indexing="ij")
+    k = np.hypot(x, y)
+    face = MU0 / 2 * 1.2 / MU0 * 4 * half[0] * half[1]
+    face = face * np.sinc(x * half[0] / math.pi) * np.sinc(y * half[1] / math.pi)
+    flux = face * (np.exp(-k * gap) - np.exp(-k * (gap + 2 * half[2])))
+    rows = ALUMINUM * (1 - np.exp(-2 * k * thickness)) / (2 * k) * (flux / k) ** 2 / math.pi**2
+    return [float(each @ (rows * along**2) @ each) for along in (x, y)]
+
+
+@pytest.mark.parametrize(("gap", "bound"), [(0.001, 0.005), (0.005, 2e-5)])  # 3e-4, 9e-7
+def test_a_bar_is_braked_by_its_shape(gap, bound):
+    """It is longer than wide, so that its charges are those of four parts; it is turned, too."""
+    bar = '<geom type="box" size="{}" mass="0" user="{}" contype="0"/>'
+    exact = of_bar(gap, (0.02, 0.005, 0.005), 0.003)
+    for size, user, turn in (
+        (".02 .005 .005", "0 0 1.2", (1, 0, 0, 0)),
+        (".005 .005 .02", "-1.2 0 0", (1, 0, 1, 0)),
+        (".005 .02 .005", "0 0 1.2", (1, 0, 0, 1)),
+    ):
+        above = body([0, 0, gap + 0.005], bar.format(size, user), turn=turn)
+        drag = drag_of(*loaded(above, [ALUMINUM, 0.003]))
+        assert [drag[0, 0], drag[1, 1]] == pytest.approx(exact, rel=bound)
+        assert drag[2, 2] == pytest.approx(sum(exact), rel=bound)
 
 
 def test_a_ball_is_a_dipole():
@@ -371,7 +411,7 @@ def test_a_tuple_names_a_numeric_and_planes(elements, sentence):
 def test_a_magnet_below_the_face_is_an_error():
     model, data = loaded(body([0, 0, 0.001], DIPOLE.format("0 0 0", "0 0 1", 1)), act="all")
     data.qpos[2] = -0.001
-    with pytest.raises(mujoco.FatalError, match="site 0 .*below the upper face of a conductor"):
+    with pytest.raises(mujoco.FatalError, match=r"site 0 .*below the upper face of a conductor"):
         mujoco.mj_forward(model, data)
 
 

@@ -78,6 +78,11 @@ def field(data, *elements):
     return numeric("field", data) + group("field too", "numeric field", *elements)
 
 
+def conductor(*elements, material="3.5e7 0.003"):
+    """Return a conductor as MJCF: a tuple of these elements, and the numeric."""
+    return numeric("material", material) + group("conductor", *elements)
+
+
 def iron(*elements, material="1000"):
     """Return iron as MJCF: a tuple of a material and these elements."""
     return numeric("material", material) + group("iron", "numeric material", *elements)
@@ -157,6 +162,15 @@ DeclarationError(magnetic_iron, 4): geom 4 'ball' is a magnet, by its user numbe
 >>> mm.describe(model(coupling("body needle 1", "body ball 1"), of_geom="0 0 1"))
 DeclarationError(coupled_magnet, 4): geom 4 'ball' is a magnet of a body of coupling tuple 0
     'coupling': couplings do not apply to geoms, but to dipole sites
+
+# Conductors
+>>> mm.describe(model(conductor("numeric material")))
+>>> mm.describe(model(conductor("geom floor", "geom core", "numeric material")))
+>>> mm.describe(model(conductor("geom floor", "numeric material", "numeric material")))
+>>> mm.describe(model(conductor("geom floor", "numeric material", "body world")))
+>>> mm.describe(model(conductor("geom floor", "numeric material", "geom floor")))
+>>> mm.describe(model(conductor("geom floor", "numeric material", material="-1")))
+>>> mm.describe(model(conductor("geom floor", "numeric material", material="1 2 3")))
 
 # Marks
 >>> mm.describe(model(act="magnet"))

@@ -41,17 +41,21 @@ def strong_brakes(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failu
 
 
 def speed_notes(model: mujoco.MjModel) -> Iterator[Failure]:
-    """Yield a note for each plate: up to which speed its forces are right."""
+    """Yield a note for each plate: far below which speed its forces are right."""
     plates = declared.conductors(model) if acting_forces(model) & CONDUCTORS else {}
     for geom, (conductivity, thickness) in plates.items():
-        if conductivity * thickness > 0.0:
-            speed = 2.0 / (magnetic_constant(model) * conductivity * thickness)
-            yield Failure(
-                label(model, "geom", geom),
-                f"is a conductor: its forces are those at low speed, far below {speed:.2g} m/s, at a"
-                " tenth of which the drag is 1 % too strong, and a lift of a tenth of it is missing",
-                note=True,
-            )
+        if conductivity == 0.0:
+            continue
+        speed = 2.0 / (magnetic_constant(model) * conductivity)
+        bound = f"{speed:.2g} m^2/s over the height of a magnet"
+        if thickness > 0.0:
+            bound = f"{speed / thickness:.2g} m/s"
+        yield Failure(
+            label(model, "geom", geom),
+            f"is a conductor: its forces are those at low speed, far below {bound}; at a tenth of"
+            " this, the drag is 1 % too strong, and a lift of a tenth of the drag is missing",
+            note=True,
+        )
 
 
 def _drag(model: mujoco.MjModel, state: mujoco.MjData) -> Array:

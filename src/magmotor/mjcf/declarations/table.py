@@ -45,8 +45,8 @@ SHAPE = columns("geom body weld freedoms")
 """A geom that is a magnet if it has a polarization: its number, its body, and the same of it."""
 
 CONDUCTOR = columns("tuple geom numeric")
-"""The upper face of a conducting plate: its tuple, its plane, which MuJoCo lets no body move, and the
-numeric of its conductivity and thickness."""
+"""The upper face of a conducting plate: its tuple, its plane, which MuJoCo lets no joint move, and
+the numeric of its conductivity and thickness."""
 
 MAGNETOMETER = columns("sensor instance site address")
 """A sensor of the field: its number, its instance of the plugin, its site (-1 also if it has no

@@ -16,7 +16,7 @@ from typing import Any
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.declarations.custom import numbers_of
-from magmotor.mjcf.declarations.iron import SPHERE
+from magmotor.mjcf.declarations.iron import BOX, CYLINDER, SPHERE
 from magmotor.mjcf.declarations.table import conductors
 from magmotor.mjcf.error_numbers import BELOW, NO_ERROR, UNLOADED
 from magmotor.mjcf.forces.charges import MOST, set_charges, set_dipole
@@ -31,7 +31,15 @@ from magmotor.mjcf.forces.dipole_table import (
     padded,
 )
 from magmotor.mjcf.forces.shape_wrenches import add_wrench_about
-from magmotor.mjcf.forces.shaped_magnets import COLUMNS, KIND, POLARIZATION, RADIUS
+from magmotor.mjcf.forces.shaped_magnets import (
+    COLUMNS,
+    FRAME,
+    KIND,
+    LENGTHS,
+    POLARIZATION,
+    POSITION,
+    RADIUS,
+)
 from magmotor.mjcf.late_functions import LateFunction, loading_failed
 from magmotor.numerics import c_types as types
 from magmotor.numerics.compiled_once import compiled_once
@@ -40,7 +48,7 @@ from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.simd import broadcast, load, square_root, total
 
 _word = types.int64
-_ADD = types.int64(*10 * [_word], types.float64, _word, _word)
+_ADD = types.int64(*9 * [_word], types.float64, _word, _word)
 
 _late = LateFunction("magmotor_eddy_address", _ADD, lambda: _add(layout.current()))
 bind, _is_ready, _add_wrenches = _late.bind, _late.is_ready, _late.call
@@ -61,8 +69,12 @@ LEAST = 0.2
 COARSE, MIDDLE, FINE = 1, 2, 4
 """Orders of charges, see `charges.ORDERS`: of magnets far above a plate, and of nearer ones."""
 
-NEAR, FAR = 0.5, 2.0
-"""Heights of the lowest charge over the radius around a magnet, between which the order changes."""
+NEAR, FAR = 0.6, 2.0
+"""Heights of the lowest charge over the radius around a part of a magnet, and around the whole,
+below which the order is higher."""
+
+MOST_PARTS, OF_PART = 8, 384
+"""Largest number of parts of a magnet, and of charges of a part."""
 
 
 @subroutine
@@ -77,7 +89,7 @@ def add_eddy_wrenches(state, own, m, d, offsets, applied):
     acting = _add_wrenches(
         (
             m.ctypes.data, d.ctypes.data, own, state.table.ctypes.data, state.table.shape[1],
-            state.magnets.number, state.magnets.end, state.magnets.shaped, shapes.ctypes.data,
+            state.magnets.number, state.magnets.shaped, shapes.ctypes.data,
             len(shapes), state.scale, applied.ctypes.data, place,
         )
     )  # fmt: skip
@@ -90,17 +102,19 @@ def _add(checksum: int, offsets: layout.Layout) -> Any:
     """Define what `add_eddy_wrenches` calls, for one layout of the structs."""
 
     def add_wrenches(
-        model, data, own, table, columns, number, end, shaped, shapes, count, scale, applied, place
+        model, data, own, table, columns, number, shaped, shapes, count, scale, applied, place
     ):  # fmt: skip
         _ = checksum
         m, d = memory.words(model, memory.UNBOUNDED), memory.words(data, memory.UNBOUNDED)
         dipoles = memory.numbers(table, ROWS, columns)
         rows, found = memory.numbers(shapes, count, COLUMNS), memory.words(place, 2)
         wrenches = memory.numbers(applied, memory.UNBOUNDED, 6)
-        sites, acting = 0, 0
+        room, acting = COUNT, 0
         for k in range(number):
-            sites += int(dipoles[SIZE, k])
-        room = padded(2 * sites + MOST * count) + COUNT
+            room += 2 * int(dipoles[SIZE, k])
+        for k in range(count):
+            room += max(MOST, OF_PART * _parts(rows[k])[2])
+        room = padded(room)
         charges = memory.numbers(
             memory.allocate(data, 8 * ROWS_OF_CHARGES * room, 64), ROWS_OF_CHARGES, room
         )
@@ -184,9 +198,46 @@ def _set_shape(room, row, plane):
     for k in range(count):
         least = min(least, _height(plane, room[X, k], room[Y, k], room[Z, k]))
     if least < FAR * radius:
-        count = set_charges(room, row, FINE if least < NEAR * radius else MIDDLE)
+        parts = _parts(row)[2]
+        count = _set_parts(room, row, FINE if least * parts < NEAR * radius else MIDDLE)
     x, y, z = row[POLARIZATION], row[POLARIZATION + 1], row[POLARIZATION + 2]
     _set_places(room, count, plane, math.sqrt(x * x + y * y + z * z))
+    return count
+
+
+@subroutine
+def _parts(row):
+    """Return the longest axis of a magnet, the column of its length, and how many parts are cut.
+
+    Boxes and cylinders are cut across this axis, so that charges are not far apart along it. Those
+    of two faces in a cut cancel.
+    """
+    kind, a, b, c = int(row[KIND]), row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
+    axis = length = 2
+    ratio = 1.0
+    if kind == CYLINDER:
+        length, ratio = 1, b / a
+    elif kind == BOX:
+        longest = max(a, b, c)
+        axis = length = 0 if a == longest else (1 if b == longest else 2)
+        ratio = longest / (a + b + c - longest - min(a, b, c))
+    return axis, LENGTHS + length, int(min(max(ratio + 0.5, 1.0), MOST_PARTS))
+
+
+@subroutine
+def _set_parts(room, row, level):
+    """Write the charges of all parts of a magnet; return how many."""
+    axis, length, parts = _parts(row)
+    count, whole = 0, row[length]
+    x, y, z = row[POSITION], row[POSITION + 1], row[POSITION + 2]
+    row[length] = whole / parts
+    for part in range(parts):
+        shift = whole * ((2 * part + 1) / parts - 1.0)
+        row[POSITION] = x + shift * row[FRAME + axis]
+        row[POSITION + 1] = y + shift * row[FRAME + 3 + axis]
+        row[POSITION + 2] = z + shift * row[FRAME + 6 + axis]
+        count += set_charges(memory.from_column(room, count), row, level)
+    row[length], row[POSITION], row[POSITION + 1], row[POSITION + 2] = whole, x, y, z
     return count
 
 
