@@ -336,6 +336,8 @@ def test_nothing_acts_that_no_mark_names():
         model, data = loaded(above, act="dipoles")
     assert not drag_of(model, data).any()
     assert mm.describe(model).acting == ()
+    beside = body([0, 0.1, 0.02], DISK)
+    assert not drag_of(*loaded(above + beside, act="dipoles magnets")).any()
     model, data = loaded(above, [0.0], act="all")
     assert not drag_of(model, data).any()
 
@@ -413,6 +415,12 @@ def test_a_magnet_below_the_face_is_an_error():
     data.qpos[2] = -0.001
     with pytest.raises(mujoco.FatalError, match=r"site 0 .*below the upper face of a conductor"):
         mujoco.mj_forward(model, data)
+
+
+def test_a_magnet_that_is_fixed_below_the_face_does_nothing():
+    above = body([0, 0, 0.02], DIPOLE.format("0 0 0", "0 0 1", 1))
+    alone, other = loaded(above), loaded(above + DIPOLE.format("0.3 0 -0.1", "0 0 1", 1))
+    assert drag_of(*other) == pytest.approx(drag_of(*alone), rel=1e-9)
 
 
 def test_no_noise_is_at_the_temperature_of_eddy_currents():

@@ -165,12 +165,27 @@ DeclarationError(coupled_magnet, 4): geom 4 'ball' is a magnet of a body of coup
 
 # Conductors
 >>> mm.describe(model(conductor("numeric material")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor' must name a numeric, its
+    conductivity, and a geom
 >>> mm.describe(model(conductor("geom floor", "geom core", "numeric material")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 1, geom 'core', must be a
+    plane: the upper face of a plate without edges
 >>> mm.describe(model(conductor("geom floor", "numeric material", "numeric material")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 2, numeric 'material', is
+    one too many: one numeric in the tuple
 >>> mm.describe(model(conductor("geom floor", "numeric material", "body world")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 2, body 'world', must be a
+    numeric or a geom
 >>> mm.describe(model(conductor("geom floor", "numeric material", "geom floor")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 2, geom 'floor', is also
+    named by conductor tuple 0
 >>> mm.describe(model(conductor("geom floor", "numeric material", material="-1")))
+DeclarationError(conductivity, 0): numeric 0 'material' = -1: a conductor must have a conductivity
+    in S/m and optionally a thickness in m, 0 for a half-space; not negative and finite
 >>> mm.describe(model(conductor("geom floor", "numeric material", material="1 2 3")))
+DeclarationError(conductivity, 0): numeric 0 'material' = 1 2 3: a conductor must have a
+    conductivity in S/m and optionally a thickness in m, 0 for a half-space; not negative and
+    finite
 
 # Marks
 >>> mm.describe(model(act="magnet"))
