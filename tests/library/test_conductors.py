@@ -415,6 +415,8 @@ def test_a_magnet_below_the_face_is_an_error():
     data.qpos[2] = -0.001
     with pytest.raises(mujoco.FatalError, match=r"site 0 .*below the upper face of a conductor"):
         mujoco.mj_forward(model, data)
+    (found,) = mm.check(model, data).findings
+    assert "below the upper face of a conductor" in found
 
 
 def test_a_magnet_that_is_fixed_below_the_face_does_nothing():

@@ -22,9 +22,15 @@ from magmotor.mjcf.unit_system import magnetic_constant
 
 
 def strong_brakes(model: mujoco.MjModel, state: mujoco.MjData) -> Iterator[Failure]:
-    """Yield at most one failure: that a timestep is too long for eddy currents, in a state."""
+    """Yield at most one failure in a state: a magnet below a plate, or too long a timestep."""
     plates = declared.conductors(model) if acting_forces(model) & CONDUCTORS else {}
-    drag = _drag(model, state) if plates else np.zeros((0, 0))
+    if not plates:
+        return
+    try:
+        drag = _drag(model, state)
+    except mujoco.FatalError as error:
+        yield Failure(str(error), "(in the state given)")
+        return
     if not drag.any():
         return
     response = np.empty_like(drag)
