@@ -30,6 +30,7 @@ from .mjcf.boltzmann.temperatures import kinetic_temperature as kinetic_temperat
 from .mjcf.checking.check import Check as Check
 from .mjcf.checking.check import check as check
 from .mjcf.compose import add_coil as add_coil
+from .mjcf.compose import add_conductor as add_conductor
 from .mjcf.compose import add_dipole as add_dipole
 from .mjcf.compose import add_field as add_field
 from .mjcf.compose import add_iron as add_iron

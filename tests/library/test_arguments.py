@@ -248,6 +248,10 @@ CALLS: dict[Any, dict[str, Any] | Callable[[], dict[str, Any]]] = {
         "spec": SPEC, "geoms": [SPEC.geom("ball")], "susceptibility": 1.0, "saturation": 1.0,
         "name": "iron",
     },
+    mm.add_conductor: {
+        "spec": SPEC, "geoms": [SPEC.geom("ball")], "conductivity": 3.5e7, "thickness": 0.003,
+        "name": "conductor",
+    },
     mm.add_magnetism: {"spec": SPEC},
     mm.describe: {"model": MODEL},
     mm.check: {"model": MODEL},

@@ -57,6 +57,10 @@ MODEL = """
       <element objtype="numeric" objname="soft"/>
       <element objtype="geom" objname="floor"/>
     </tuple>
+    <numeric name="metal" data="3.5e7 0.003"/>
+    <tuple name="conductor of the room">
+      <element objtype="numeric" objname="metal"/><element objtype="geom" objname="floor"/>
+    </tuple>
     <tuple name="unrelated"><element objtype="body" objname="ball"/></tuple>
   </custom>
   <worldbody>
@@ -174,6 +178,9 @@ def test_it_is_what_a_plain_reading_of_names_finds():
         of_table.SHAPES: [
             (k, owner, model.body_weldid[owner], model.body_dofnum[model.body_weldid[owner]])
             for k, owner in enumerate(model.geom_bodyid)
+        ],
+        of_table.CONDUCTORS: [
+            (number["tuple"]("conductor of the room"), geom("floor"), number["numeric"]("metal"))
         ],
         of_table.MAGNETOMETERS: [(0, 1, site("probe"), 0)],
     }  # fmt: skip

@@ -78,6 +78,11 @@ def field(data, *elements):
     return numeric("field", data) + group("field too", "numeric field", *elements)
 
 
+def conductor(*elements, material="3.5e7 0.003"):
+    """Return a conductor as MJCF: a tuple of these elements, and the numeric."""
+    return numeric("material", material) + group("conductor", *elements)
+
+
 def iron(*elements, material="1000"):
     """Return iron as MJCF: a tuple of a material and these elements."""
     return numeric("material", material) + group("iron", "numeric material", *elements)
@@ -158,44 +163,77 @@ DeclarationError(magnetic_iron, 4): geom 4 'ball' is a magnet, by its user numbe
 DeclarationError(coupled_magnet, 4): geom 4 'ball' is a magnet of a body of coupling tuple 0
     'coupling': couplings do not apply to geoms, but to dipole sites
 
+# Conductors
+>>> mm.describe(model(conductor("numeric material")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor' must name a numeric, its
+    conductivity, and a geom
+>>> mm.describe(model(conductor("geom floor", "geom core", "numeric material")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 1, geom 'core', must be a
+    plane: the upper face of a plate without edges
+>>> mm.describe(model(conductor("geom floor", "numeric material", "numeric material")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 2, numeric 'material', is
+    one too many: one numeric in the tuple
+>>> mm.describe(model(conductor("geom floor", "numeric material", "body world")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 2, body 'world', must be a
+    numeric or a geom
+>>> mm.describe(model(conductor("geom floor", "numeric material", "geom floor")))
+DeclarationError(conductor, 0): conductor tuple 0 'conductor': element 2, geom 'floor', is also
+    named by conductor tuple 0
+>>> mm.describe(model(conductor("geom floor", "numeric material", material="-1")))
+DeclarationError(conductivity, 0): numeric 0 'material' = -1: a conductor must have a conductivity
+    in S/m and optionally a thickness in m, 0 for a half-space; not negative and finite
+>>> mm.describe(model(conductor("geom floor", "numeric material", material="1 2 3")))
+DeclarationError(conductivity, 0): numeric 0 'material' = 1 2 3: a conductor must have a
+    conductivity in S/m and optionally a thickness in m, 0 for a half-space; not negative and
+    finite
+
 # Marks
 >>> mm.describe(model(act="magnet"))
 DeclarationError(mark, 0): text 'magmotor' = 'magnet': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act="dipoles, noise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipoles, noise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 >>> mm.describe(model(act="dipolesnoise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipolesnoise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 >>> mm.describe(model(act="Dipoles"))
 DeclarationError(mark, 0): text 'magmotor' = 'Dipoles': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act="%n"))
 DeclarationError(mark, 0): text 'magmotor' = '%n': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act=" "))
 DeclarationError(mark, 0): text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> mm.describe(model(act="couplings dipolez"))
 DeclarationError(mark, 0): text 'magmotor' = 'couplings dipolez': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 
 # Marks of the plugin
 >>> model(plugin=True, act="dipols")
 ValueError: Error: engine error: text 'magmotor' = 'dipols': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
+    separated by spaces
 >>> model(plugin=True, act=" ")
 ValueError: Error: engine error: text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, all, separated by spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
+    spaces
 >>> model(act=None, config="all, dipoles")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'all, dipoles': must be one or
-    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all,
-    separated by spaces
+    more of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets,
+    conductors, all, separated by spaces
 >>> model(act=None, config="dipols")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'dipols': must be one or more
-    of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, all,
-    separated by spaces
+    of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors,
+    all, separated by spaces
 >>> model(act="noise dipoles", config="all")
 ValueError: Error: engine error: text 'magmotor' = 'noise dipoles' and config 'act' of
     magmotor.forces = 'all': must have the same words, or only one of the two must be given

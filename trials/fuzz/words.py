@@ -184,7 +184,8 @@ BY_NAME: dict[str, list[str]] = {
     "magnet.remanence": ["None", "1.2"], "magnet.grade": ["None", "'N42'"],
     "magnet.direction": ["(0, 0, 1)", "[1.0, 2.0, 0.0]"], "Magnet.direction": ["(0, 3, 4)"],
     "magnet.density": ["None", "7000"],
-    **{f"add_{name}.spec": ["draft()"] for name in ("dipole", "magnet", "coil", "field", "iron")},
+    **{f"add_{name}.spec": ["draft()"]
+       for name in ("dipole", "magnet", "coil", "field", "iron", "conductor")},
     **{f"add_{name}.body": ["drafted().worldbody", "drafted().body('hand')",
                             "drafted().frame('palm')"] for name in ("dipole", "magnet")},
     "add_dipole.moment": ["0.5", "-2"], "add_magnet.gap": ["0.01", "0.02"],
@@ -198,6 +199,8 @@ BY_NAME: dict[str, list[str]] = {
     "add_field.name": ["''", "'field'", "'field_2'"],
     "add_iron.geoms": ["[drafted().geom('ball')]", "drafted().geoms"],
     "add_iron.name": ["'iron'", "'iron_2'"],
+    "add_conductor.geoms": ["[drafted().geom('ball')]"],
+    "add_conductor.name": ["'conductor'", "'conductor_2'"],
     "Magnet.dipoles.gap": ["0.01", "0.02"], "Magnet.mjcf.gap": ["0.01", "0.02"],
     "metropolis.model": ["model({kind})"],
     "metropolis.samples": ["3"], "metropolis.burn_in": ["0", "5"],

@@ -327,13 +327,67 @@ def add_iron(
     >>> print(*mm.add_iron(spec, [pellet], 5000, 1.7e6).objname)
     iron pellet
     """
+    numbers = [susceptibility, saturation] if saturation else [susceptibility]
+    return _add_material(spec, geoms, numbers, name, "iron", "iron")
+
+
+@checked
+def add_conductor(
+    spec: mujoco.MjSpec,
+    geoms: Geoms,
+    conductivity: NotNegative,
+    thickness: NotNegative = 0.0,
+    *,
+    name: str = "conductor",
+) -> mujoco.MjsTuple:
+    """Add conducting plates to an `MjSpec`, in which eddy currents brake the magnets above.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+    geoms : sequence of mujoco.MjsGeom
+        Planes: the upper faces of the plates.
+    conductivity : float
+        In S/m, such as 3.5e7 of aluminum and 5.8e7 of copper.
+    thickness : float, default 0.0
+        In m; 0 for a plate much thicker than the magnets are above it.
+    name : str, default "conductor"
+        Name of the tuple and of the numeric, which must start with `conductor` and be one word.
+
+    Returns
+    -------
+    mujoco.MjsTuple
+
+    Raises
+    ------
+    ValueError
+        An argument is invalid, a geom is not in the spec or has no name, or the name of the
+        conductor is taken; also as for `add_magnetism`.
+
+    Examples
+    --------
+    >>> import mujoco
+    >>> import magmotor as mm
+    >>> spec = mujoco.MjSpec()
+    >>> kind = mujoco.mjtGeom.mjGEOM_PLANE
+    >>> floor = spec.worldbody.add_geom(name="floor", type=kind, size=[1, 1, 1])
+    >>> print(*mm.add_conductor(spec, [floor], 3.5e7, 0.003).objname)
+    conductor floor
+    """
+    numbers = [conductivity, thickness] if thickness else [conductivity]
+    return _add_material(spec, geoms, numbers, name, "conductor", "conductors")
+
+
+def _add_material(
+    spec: mujoco.MjSpec, geoms: Geoms, numbers: list[float], name: str, start: str, word: str
+) -> mujoco.MjsTuple:
+    """Add a numeric and a tuple of it and geoms, with a name that starts with a word."""
     listed = [_listed(spec, f"geoms[{k}]", geom) for k, geom in enumerate(geoms)]
     for kind in ("numeric", "tuple"):
-        _check_new(spec, kind, name, "iron")
-    numbers = [susceptibility, saturation] if saturation else [susceptibility]
+        _check_new(spec, kind, name, start)
     spec.add_numeric(name=name, data=numbers, size=len(numbers))
     added = _add_tuple(spec, name, [(NUMERIC, name, 0.0), *listed])
-    let_act(spec, "iron")
+    let_act(spec, word)
     return added
 
 

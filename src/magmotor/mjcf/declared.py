@@ -131,6 +131,16 @@ def iron(model: mujoco.MjModel) -> dict[int, float]:
     }
 
 
+def conductors(model: mujoco.MjModel) -> dict[int, tuple[float, float]]:
+    """Return the conductivity and the thickness of each plate, by the number of its plane."""
+    found = {}
+    for row in rows(model, of_table.CONDUCTORS):
+        first, count = model.numeric_adr[row.numeric], model.numeric_size[row.numeric]
+        numbers = [*model.numeric_data[first : first + count].tolist(), 0.0]
+        found[int(row.geom)] = numbers[0], numbers[1]
+    return found
+
+
 def polarizations(model: mujoco.MjModel) -> dict[int, Array]:
     """Return the polarizations in T of the geoms that are magnets, in their frames."""
     found = rows(model, of_table.SHAPES).geom.tolist()

@@ -49,8 +49,8 @@ class Description:
     Attributes
     ----------
     acting : tuple of str
-        Those of `dipoles`, `couplings`, `noise`, `potentials`, `fields`, `coils`, `iron` and
-        `magnets` that act on the model.
+        Those of `dipoles`, `couplings`, `noise`, `potentials`, `fields`, `coils`, `iron`, `magnets`
+        and `conductors` that act on the model.
     marked : bool
         Whether the model says so itself.
     plugin : bool
@@ -83,6 +83,8 @@ class Description:
         Susceptibility of each geom that is iron.
     magnets : dict of str to float
         Polarization in T of each geom that is a magnet.
+    conductors : dict of str to (float, float)
+        Conductivity in S/m and thickness in m, 0 for a half-space, of each plane of a conductor.
     magnetometers : dict of str to str
         The site of each magnetometer, by the name of the sensor.
     dry_friction : tuple of str
@@ -111,6 +113,7 @@ class Description:
     pushing: tuple[str, ...]
     iron: dict[str, float]
     magnets: dict[str, float]
+    conductors: dict[str, tuple[float, float]]
     magnetometers: dict[str, str]
     dry_friction: tuple[str, ...]
     huge: dict[str, float]
@@ -160,11 +163,15 @@ class Description:
         yield from (f"not acting: {reason}" for reason in elsewhere(self))
 
     def _elements(self) -> Iterator[str]:
-        """Yield what iron, magnets by their geom, and magnetometers there are."""
+        """Yield what iron, magnets by their geom, conductors and magnetometers there are."""
         parts = {
             "iron, susceptibilities": [f"{name} {value:g}" for name, value in self.iron.items()],
             "magnets, polarizations": [
                 f"{name} {value:g} T" for name, value in self.magnets.items()
+            ],
+            "conductors": [
+                f"{name} {value:g} S/m" + (f" {thickness:g} m thick" if thickness else "")
+                for name, (value, thickness) in self.conductors.items()
             ],
             "magnetometers": [f"{name} at {site}" for name, site in self.magnetometers.items()],
         }
@@ -222,7 +229,9 @@ def describe(model: mujoco.MjModel) -> Description:
     magnets = {*bodies, *model.geom_bodyid[[*magnetized, *shapes]].tolist()}
     pairs = _pairs(model, sorted(magnets))
     owners = declared.field_owners(model) if "fields" in named else set()
-    acting = bool(pairs or _meets(model, magnets, owners, magnetized))
+    conductors = declared.conductors(model) if "conductors" in named else {}
+    braked = bool(conductors) and any(can_move(model, body) for body in magnets)
+    acting = bool(pairs or braked or _meets(model, magnets, owners, magnetized))
     noise = _rows(model) if "noise" in named else {}
     potentials = _waves(model) if "potentials" in named else {}
     with warnings.catch_warnings():
@@ -239,6 +248,7 @@ def describe(model: mujoco.MjModel) -> Description:
         "coils": "coils" in named and acting and declared.coils(model),
         "iron": magnetized and acting,
         "magnets": shapes and acting,
+        "conductors": braked,
     }
     return Description(
         acting=tuple(word for word, exists in acts.items() if exists),
@@ -256,6 +266,7 @@ def describe(model: mujoco.MjModel) -> Description:
             name_of(model, "geom", geom): float(np.linalg.norm(value))
             for geom, value in shapes.items()
         },
+        conductors={name_of(model, "geom", geom): value for geom, value in conductors.items()},
         magnetometers=declared.magnetometers(model),
         kT=kT,
         mismatch=mismatch,

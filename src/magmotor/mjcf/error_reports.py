@@ -68,6 +68,10 @@ ELEMENTS = (
     (GEOM, NOTHING),
     (NOTHING, NOTHING),
     (GEOM, NOTHING),
+    (TUPLE, NOTHING),
+    (NUMERIC, NOTHING),
+    (DIPOLE, GEOM),
+    (TUPLE, BODY),
 )
 """The types of the two elements of each error, by its number."""
 
@@ -124,7 +128,9 @@ def _report_error(error, m, d, offsets):
         elif _has_other_words(config):
             details[FORM] = error_numbers.OF_CONFIG
         error_raising.fail(number, 0, text, 0, config, place)
-    elif number in (error_numbers.COIL, error_numbers.FIELD_TUPLE, error_numbers.IRON):
+    elif number in (
+        error_numbers.COIL, error_numbers.FIELD_TUPLE, error_numbers.IRON, error_numbers.CONDUCTOR,
+    ):  # fmt: skip
         _report_tuple(error, m, offsets, details, place)
     elif number >= 0:
         _find_details(error, m, d, offsets, details)
@@ -162,7 +168,7 @@ def _find_details(error, m, d, offsets, details):
         found = memory.words(place, 4)
         details[0], details[1] = np.int32(found[1]), np.int32(found[2])
         details[2], details[FORM] = found[3], first
-    elif number == error_numbers.MATERIAL:
+    elif number in (error_numbers.MATERIAL, error_numbers.CONDUCTIVITY):
         numbers = numbers_of(first, m, offsets)
         details[FORM] = min(len(numbers), 4)
         for k in range(min(len(numbers), 3)):

@@ -60,6 +60,13 @@ _OF_IRON = {
     custom.REPEATED: "is also named by iron tuple {0:.0f}",
     custom.SECOND: "is one too many: one numeric in the tuple, and at most one plane in the model",
 }
+_OF_CONDUCTORS = {
+    custom.FEW: "must name a numeric, its conductivity, and a geom",
+    custom.KIND: "must be a numeric or a geom",
+    custom.SHAPE: "must be a plane: the upper face of a plate without edges",
+    custom.REPEATED: "is also named by conductor tuple {0:.0f}",
+    custom.SECOND: "is one too many: one numeric in the tuple",
+}
 """What is wrong with an element: {0} is another tuple, {1} the element's `prm`."""
 
 
@@ -147,6 +154,20 @@ _OF_ERRORS: dict[int, Forms] = {
         " m, not negative; all finite"
         for count, given in enumerate(_MATERIALS)
     },
+    error_numbers.CONDUCTOR: _of_tuple("conductor", _OF_CONDUCTORS),
+    error_numbers.CONDUCTIVITY: {
+        count: f"numeric {{number}} {{name}} = {given}: a conductor must have a conductivity in S/m"
+        " and optionally a thickness in m, 0 for a half-space; not negative and finite"
+        for count, given in enumerate(_MATERIALS)
+    },
+    error_numbers.BELOW: _of_dipole(
+        "{dipole} is below the upper face of a conductor, plane geom {other} {other_name}: only"
+        " magnets above it brake"
+    ),
+    error_numbers.COLD: (
+        "conductor tuple {number} {name} brakes the motion, without the noise of any temperature:"
+        " in the same model, no body may have Brownian wrenches, as body {other} {other_name} does"
+    ),
     error_numbers.SIZE: (
         "geom {number} {name}: the size of iron and of magnets must be positive and finite"
     ),

@@ -55,6 +55,8 @@ def magnetism() -> "Block":
       magnet of its shape: a box, a cylinder, an ellipsoid or a sphere.
     - `iron`: a tuple named `iron...` lists a numeric, the susceptibility and optionally the
       saturation magnetization in A/m, and geoms. A geom becomes an induced dipole; a plane mirrors.
+    - `conductors`: a tuple named `conductor...` lists a numeric, the conductivity in S/m and
+      optionally the thickness in m, and planes, above which eddy currents brake magnets that move.
 
     Names of elements that a tuple lists must not contain spaces.
 
@@ -103,16 +105,16 @@ def magnetism() -> "Block":
         This version of MuJoCo lays out its structs differently than it declares.
     mujoco.FatalError
         While stepping: two dipoles that act on each other coincide, one leaves the table of a field
-        or is below the plane of iron, iron is so close to iron that the moments have no solution,
-        the mark has no words or an unknown one, or what it names is invalid: the `user` numbers of
-        a site are not one finite moment, those of a body not rows of six, or those of a joint not
-        pairs; a joint with a potential is neither slide nor hinge; the tolerance is not one number
-        from 0 to 0.1; the magnetic constant is not one positive finite number; the elements of a
-        coupling are not two bodies with equal `prm`; or a number in `userdata` is invalid. MuJoCo
-        pads all lists to the longest in the model with zeros, which are ignored. On the threads of
-        a rollout, nothing can be raised: the positions of the failed run are NaN from there on, and
-        the error is raised at the end of the block. A `Batch` raises a `SimulationError` instead,
-        and keeps the failed states as they were before the call.
+        or is below the plane of iron or of a conductor, iron is so close to iron that the moments
+        have no solution, the mark has no words or an unknown one, or what it names is invalid: the
+        `user` numbers of a site are not one finite moment, those of a body not rows of six, or
+        those of a joint not pairs; a joint with a potential is neither slide nor hinge; the
+        tolerance is not one number from 0 to 0.1; the magnetic constant is not one positive finite
+        number; the elements of a coupling are not two bodies with equal `prm`; or a number in
+        `userdata` is invalid. MuJoCo pads all lists to the longest in the model with zeros, which
+        are ignored. On the threads of a rollout, nothing can be raised: the positions of the failed
+        run are NaN from there on, and the error is raised at the end of the block. A `Batch` raises
+        a `SimulationError` instead, and keeps the failed states as they were before the call.
 
     Notes
     -----

@@ -8,6 +8,7 @@ import numpy as np
 
 from magmotor.mjcf.checking.closest_approach import meetings
 from magmotor.mjcf.checking.driven_spins import unknown_spins
+from magmotor.mjcf.checking.eddy_brakes import speed_notes, strong_brakes
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.field_strengths import unbounded_drives
 from magmotor.mjcf.checking.frequencies import frequencies
@@ -51,9 +52,11 @@ def failures(
     yield from fast_magnets(model, now, state, pairs)
     yield from fast_joints(model, state)
     yield from unkept_spins(model, state)
+    yield from () if misplaced else strong_brakes(model, state)
     yield from _noise(description)
     if description.acting:
         yield from shape_notes(model, state, pairs)
+        yield from speed_notes(model)
         yield from _doubts(model, state, description, now)
 
 

@@ -2,12 +2,21 @@
 
 from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations.coils import check_coils, read_coils
+from magmotor.mjcf.declarations.conductors import check_conductors, read_conductors
 from magmotor.mjcf.declarations.couplings import check_couplings, read_couplings
 from magmotor.mjcf.declarations.fields import check_fields, read_fields
 from magmotor.mjcf.declarations.iron import check_iron, read_iron
 from magmotor.mjcf.declarations.magnetometers import read_magnetometers
 from magmotor.mjcf.declarations.magnets import read_magnets
-from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
+from magmotor.mjcf.declarations.marks import (
+    COILS,
+    CONDUCTORS,
+    COUPLINGS,
+    DIPOLES,
+    FIELDS,
+    IRON,
+    SHAPES,
+)
 from magmotor.mjcf.declarations.model_numbers import check_constant, check_tolerance, read_constants
 from magmotor.mjcf.declarations.shapes import check_shapes, read_shapes
 from magmotor.mjcf.late_functions import LateFunction
@@ -52,6 +61,7 @@ def _read(checksum: int, offsets: layout.Layout):
         read_fields(table, kinds & FIELDS != 0, m, offsets)
         read_iron(table, kinds & IRON != 0, coupled, m, offsets)
         read_shapes(table, kinds & SHAPES != 0, m, offsets)
+        read_conductors(table, kinds & CONDUCTORS != 0, m, offsets)
         read_magnetometers(table, m, offsets)
 
     return read_elements
@@ -78,5 +88,7 @@ def _check(checksum: int, offsets: layout.Layout):
             check_iron(error, table, m, offsets)
         if error[0] < 0 and kinds & SHAPES:
             check_shapes(error, table, kinds, extent != error_numbers.IN_STEP, m, offsets)
+        if error[0] < 0 and kinds & CONDUCTORS:
+            check_conductors(error, table, kinds, m, offsets)
 
     return check_elements

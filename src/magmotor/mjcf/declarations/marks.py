@@ -14,8 +14,8 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.user_numbers import has_numbers
 from magmotor.numerics.deferred import subroutine
 
-DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON, SHAPES = (
-    1 << k for k in range(9)
+DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON, SHAPES, CONDUCTORS = (
+    1 << k for k in range(10)
 )
 """Bits for what acts, and for a model that does not say so."""
 
@@ -34,6 +34,7 @@ WORDS = {
     "coils": COILS,
     "iron": IRON,
     "magnets": SHAPES,
+    "conductors": CONDUCTORS,
 }
 WORDS["all"] = sum(WORDS.values())
 

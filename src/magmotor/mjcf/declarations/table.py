@@ -44,12 +44,20 @@ IRON = columns("geom material body weld freedoms")
 SHAPE = columns("geom body weld freedoms")
 """A geom that is a magnet if it has a polarization: its number, its body, and the same of it."""
 
+CONDUCTOR = columns("tuple geom numeric")
+"""The upper face of a conducting plate: its tuple, its plane, which MuJoCo lets no joint move, and
+the numeric of its conductivity and thickness."""
+
 MAGNETOMETER = columns("sensor instance site address")
 """A sensor of the field: its number, its instance of the plugin, its site (-1 also if it has no
 data), and the place of its data."""
 
-COUPLINGS, MAGNETS, COILS, SITES, FIELDS, PIECES, PLANES, SHAPES, MAGNETOMETERS = range(9)
-SECTIONS = COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, SHAPE, MAGNETOMETER
+(
+    COUPLINGS, MAGNETS, COILS, SITES, FIELDS, PIECES, PLANES, SHAPES, CONDUCTORS, MAGNETOMETERS,
+) = range(10)  # fmt: skip
+SECTIONS = (
+    COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, SHAPE, CONDUCTOR, MAGNETOMETER,
+)  # fmt: skip
 """The sections and their records. There are sites only if there are coils."""
 
 HEADER = columns(
@@ -97,9 +105,9 @@ def _rows_of(section: int) -> Any:
     return rows
 
 
-couplings, magnets, coils, sites, fields, pieces, planes, shapes, magnetometers = (
-    _rows_of(section) for section in range(len(SECTIONS))
-)
+(
+    couplings, magnets, coils, sites, fields, pieces, planes, shapes, conductors, magnetometers,
+) = (_rows_of(section) for section in range(len(SECTIONS)))  # fmt: skip
 
 
 @subroutine(forceinline=True)

@@ -5,6 +5,7 @@ import numpy as np
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.marks import (
+    CONDUCTORS,
     DIPOLES,
     FIELDS,
     IRON,
@@ -15,6 +16,7 @@ from magmotor.mjcf.declarations.marks import (
 )
 from magmotor.mjcf.declarations.shapes import is_magnet
 from magmotor.mjcf.declarations.table import (
+    conductors,
     fields,
     magnetometers,
     magnets,
@@ -94,12 +96,12 @@ def _why_no_magnetism(table, m, offsets, kinds):
     first, several, moves = _magnetic_bodies(table, m, offsets, kinds)
     if first < 0:
         return NO_DIPOLES
-    given = mirrored = False
+    given, faced = False, kinds & CONDUCTORS != 0 and len(conductors(table)) > 0
     for row in fields(table)[: memory.UNBOUNDED if kinds & FIELDS else 0]:
         given = given or several or row.weld != first
     for row in planes(table)[: memory.UNBOUNDED if kinds & IRON else 0]:
-        mirrored = mirrored or _is_magnetized(row, m, offsets)
-    if not several and not given and not mirrored:
+        faced = faced or _is_magnetized(row, m, offsets)
+    if not several and not given and not faced:
         return ONE_RIGID_BODY
     return -1 if moves or (given and m[offsets.ntuple // 8] > 0) else NONE_MOVES
 

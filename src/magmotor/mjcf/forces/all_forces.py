@@ -4,12 +4,22 @@ import ctypes
 
 from magmotor.mjcf import error_numbers, layout, memory
 from magmotor.mjcf.declarations import reader
-from magmotor.mjcf.declarations.marks import COILS, DIPOLES, FIELDS, IRON, NOISE, POTENTIALS, SHAPES
+from magmotor.mjcf.declarations.marks import (
+    COILS,
+    CONDUCTORS,
+    DIPOLES,
+    FIELDS,
+    IRON,
+    NOISE,
+    POTENTIALS,
+    SHAPES,
+)
 from magmotor.mjcf.declarations.reader import find_error
 from magmotor.mjcf.forces import (
     brownian_wrenches,
     dipole_wrenches,
     drives,
+    eddy_wrenches,
     resolution,
     responses,
 )
@@ -58,6 +68,7 @@ def bind_others() -> None:
     resolution.bind()
     responses.bind()
     dipole_wrenches.bind()
+    eddy_wrenches.bind()
     _all_forces.bind()
     memory.bind_variable("magmotor_forces_address", _address)
     memory.bind_compiled("magmotor_apply_forces", _forward())
@@ -98,8 +109,8 @@ def _forward(checksum: int):
     def forward(model, data, table, kinds, applied, generalized, later, error):
         _ = checksum
         arguments = model, data, table, kinds, applied, generalized, later, error
-        if kinds >= 0 and kinds & (FIELDS | COILS | IRON | SHAPES):
-            # Fields, coils, iron and shapes are compiled when a first model has them.
+        if kinds >= 0 and kinds & (FIELDS | COILS | IRON | SHAPES | CONDUCTORS):
+            # Others than dipoles are compiled when a first model has them.
             if _all_are_ready():
                 return _all(arguments)
             memory.words(error, 1)[0] = error_numbers.UNLOADED if loading_failed() else -1

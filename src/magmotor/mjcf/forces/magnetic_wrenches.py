@@ -6,7 +6,9 @@ from magmotor.dipoles import COINCIDENCE_SQUARED
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import UNIFORM
+from magmotor.mjcf.declarations.marks import CONDUCTORS
 from magmotor.mjcf.declarations.model_numbers import tolerance_of
+from magmotor.mjcf.declarations.table import conductors
 from magmotor.mjcf.error_numbers import COINCIDENCE, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import NAME, OWNER, acts_on, field_and_gradient
@@ -22,6 +24,7 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
+from magmotor.mjcf.forces.eddy_wrenches import add_eddy_wrenches
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
 from magmotor.mjcf.forces.iron_wrenches import add_iron_wrenches
 from magmotor.mjcf.forces.magnetic_state import read_dipoles, read_state
@@ -58,6 +61,9 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
             add_shape_corrections(state, center, applied, False)
         if error[0] < 0 and len(state.pieces) > 0:
             acting += add_iron_wrenches(state, m, offsets, center, applied)
+        if error[0] < 0 and kinds & CONDUCTORS and len(conductors(own)) > 0:
+            more, error = add_eddy_wrenches(state, own, m, d, offsets, applied)
+            acting += more
         if error[0] < 0:
             error = unresolved_body(state.table, state.magnets, m, d, offsets, applied, later)
     memory.free_stack(d.ctypes.data)

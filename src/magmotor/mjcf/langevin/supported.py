@@ -11,7 +11,11 @@ import mujoco
 import numpy as np
 
 from magmotor.common.checks import LARGEST, check_array, check_number
-from magmotor.common.exceptions import ArgumentError
+from magmotor.common.exceptions import ArgumentError, InputError
+from magmotor.mjcf import declared
+from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.declarations import marks
+from magmotor.mjcf.declarations.table import CONDUCTORS
 from magmotor.mjcf.langevin.friction import (
     AFFINE,
     ON_JOINTS,
@@ -74,6 +78,16 @@ def check_numbers(model: mujoco.MjModel) -> None:
     check_array("gravity of the model", model.opt.gravity)
     for body in np.flatnonzero(~(abs(model.body_user) <= LARGEST).all(axis=1)):
         check_array(f"{label(model, 'body', body)}: user", model.body_user[body])
+
+
+def check_conductors(model: mujoco.MjModel) -> None:
+    """Check that no eddy currents brake, of which the friction has no noise here."""
+    rows = declared.rows(model, CONDUCTORS) if acting_forces(model) & marks.CONDUCTORS else ()
+    for row in rows:
+        raise InputError(
+            f"{label(model, 'tuple', row.tuple)}: Langevin has no noise for the friction of eddy"
+            " currents; leave the word conductors out of the mark"
+        )
 
 
 def check_tree(model: mujoco.MjModel) -> None:
