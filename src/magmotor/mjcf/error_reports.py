@@ -68,6 +68,7 @@ ELEMENTS = (
     (GEOM, NOTHING),
     (NOTHING, NOTHING),
     (GEOM, NOTHING),
+    (GEOM, GEOM),
 )
 """The types of the two elements of each error, by its number."""
 

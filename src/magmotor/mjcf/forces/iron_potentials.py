@@ -7,13 +7,16 @@ import math
 
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import GRADIENT
-from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE
+from magmotor.mjcf.error_numbers import BEHIND, CIRCUIT, NO_ERROR
+from magmotor.mjcf.error_numbers import OUTSIDE as OUTSIDE_OF_TABLE
 from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
+from magmotor.mjcf.forces.bores import OUTSIDE, RING, set_potentials_of_coil, thread_piece
 from magmotor.mjcf.forces.dipole_table import ELEMENT, FIRST, SIZE, dipole
 from magmotor.mjcf.forces.face_images import lift_of_dipole, lift_of_shape, to_world
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     EXTENT,
+    GEOM,
     OUTER,
     center_of,
     nodes_of,
@@ -22,6 +25,7 @@ from magmotor.mjcf.forces.iron_pieces import (
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above, mirrored
 from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squared_distance
 from magmotor.mjcf.forces.shape_fields import set_continued_potentials
+from magmotor.mjcf.forces.shaped_magnets import GEOM as GEOM_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import SPREAD, dipole_of, in_frame
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -50,13 +54,15 @@ def set_outer_potentials(state, m, offsets):
         x, y, z = center_of(piece)
         if mirror[0] != 0.0 and height_above(mirror, x, y, z) <= 0.0:
             return BEHIND, element, int(piece[BODY])
-        _add_magnets(state, piece, NO_MIRROR, 1.0)
+        ring = _add_magnets(state, piece, NO_MIRROR, 1.0)
+        if ring >= 0:
+            return CIRCUIT, int(piece[GEOM]), ring
         if mirror[0] != 0.0:
             _add_magnets(state, piece, mirror, -mirror[0])
         for number in range(len(state.fields)):
             row = state.fields[number]
             if not _add_field(state, piece, row, m, offsets):
-                return OUTSIDE, element, int(row[NAME])
+                return OUTSIDE_OF_TABLE, element, int(row[NAME])
     return NO_ERROR
 
 
@@ -97,7 +103,10 @@ def acts_as_shape(shape, piece, mirror):
 
 @subroutine
 def _add_magnets(state, piece, mirror, factor):
-    """Add the potential of all magnets, or of their images, at the nodes of a piece."""
+    """Add the potential of all magnets, or of their images, at the nodes of a piece.
+
+    Returns the geom of a coil around a ring of iron, or -1.
+    """
     own, room = nodes_of(state.nodes, piece), state.room
     table, magnets = state.table, state.magnets
     count = place_charges(room, own, mirror)
@@ -114,17 +123,24 @@ def _add_magnets(state, piece, mirror, factor):
     for k in range(len(state.shapes)):
         shape = state.shapes[k]
         if acts_as_shape(shape, piece, mirror):
-            if mirror[0] == 0.0:
+            threaded = OUTSIDE if mirror[0] != 0.0 else thread_piece(room, count, piece, shape)
+            if threaded == RING:
+                return int(shape[GEOM_OF_SHAPE])
+            if mirror[0] == 0.0 and threaded == OUTSIDE:
                 lower_charges(room, count, piece, shape)
             for n in range(count):
                 x, y, z = in_frame(shape, room[0, n], room[1, n], room[2, n])
                 room[0, n], room[1, n], room[2, n] = x, y, z
-            set_continued_potentials(room, count, shape)
+            if threaded == OUTSIDE:
+                set_continued_potentials(room, count, shape)
+            else:
+                set_potentials_of_coil(room, count, shape)
             for n in range(count):
                 own[OUTER, n] += factor * room[4, n]
             place_charges(room, own, mirror)
         else:
             _add_dipole(own[OUTER], room, count, dipole_of(shape), factor)
+    return -1
 
 
 @subroutine

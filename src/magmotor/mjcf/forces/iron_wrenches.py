@@ -6,6 +6,7 @@ applied fields and images at its node, and the reaction acts on the source, at t
 
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
+from magmotor.mjcf.forces.bores import OUTSIDE, thread_piece
 from magmotor.mjcf.forces.charge_pairs import set_fields
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
@@ -83,7 +84,10 @@ def energy_of_images(state):
             for j in range(first, first + int(table[SIZE, k])):
                 energy += dipole_image_energy(state.pieces[i], dipole(table, j))
         for k in range(len(state.shapes)):
-            if acts_as_shape(state.shapes[k], state.pieces[i], NO_MIRROR):
+            if not acts_as_shape(state.shapes[k], state.pieces[i], NO_MIRROR):
+                continue
+            count = place_charges(state.room, nodes_of(state.nodes, state.pieces[i]), NO_MIRROR)
+            if thread_piece(state.room, count, state.pieces[i], state.shapes[k]) == OUTSIDE:
                 energy += image_energy(state.pieces[i], state.shapes[k], state.room)
     return energy
 
@@ -155,14 +159,15 @@ def _add_magnets(state, piece, mirror, center, applied):
             change = _with_images(wrench_of_charges(room, count, there), mirror)
             add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
         elif mirror[0] != 0.0:
-            change = charges_at_shape(room, count, there, shape, False)[:6]
+            change = charges_at_shape(room, count, there, shape, False, False)[:6]
             change = _with_images(change, mirror)
             add_both(body, moves, other, on_it, target, change, mirror, 1.0, center, applied)
             count = _charges(state, piece, mirror)
         else:
             at = dipole_of(shape)
-            lowered = lower_charges(room, count, piece, shape)
-            wrench = charges_at_shape(room, count, at, shape, False)[:6]
+            threaded = thread_piece(room, count, piece, shape) != OUTSIDE
+            lowered = not threaded and lower_charges(room, count, piece, shape)
+            wrench = charges_at_shape(room, count, at, shape, threaded, False)[:6]
             if lowered:
                 wrench = with_images(piece, shape, wrench, room)
             change = _with_images(wrench, NO_MIRROR)

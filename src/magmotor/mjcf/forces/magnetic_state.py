@@ -116,7 +116,7 @@ def _sizes(table, kinds, nodes, largest):
         len(declared.couplings(table)) if kinds & COUPLINGS else 0,
         len(declared.fields(table)) if kinds & FIELDS else 0,
         _geoms_of_iron(table, kinds),
-        len(declared.coils(table)) if kinds & COILS and count > 0 else 0,
+        len(declared.coils(table)) if kinds & COILS and count + shapes > 0 else 0,
         shapes,
         nodes,
         max(largest, MOST if shapes > 0 else 0),
@@ -225,7 +225,7 @@ def read_state(m, d, offsets, own, kinds):
         read_drives(drives, own, m, d, offsets)
     mirror = NO_MIRROR
     if kinds & SHAPES:
-        shapes = shapes[: read_shapes(shapes, scale, own, m, d, offsets)]
+        shapes = shapes[: read_shapes(shapes, scale, drives, own, m, d, offsets)]
     if kinds & IRON:
         known = sizes.nodes >= 0
         count = read_pieces(pieces, nodes, unions, scale, own, m, d, offsets) if known else 0
