@@ -15,7 +15,7 @@ it is attached to what is in the bore, also beside the winding, such as the wall
 import math
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.declarations.iron import CYLINDER
+from magmotor.mjcf.declarations.iron import BOX, CYLINDER
 from magmotor.mjcf.declarations.meshes import MESH
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.charges import ORDERS, set_charges
@@ -36,15 +36,19 @@ from magmotor.numerics.shapes.cylinder import (
 
 END, ENDS = 7, 8
 """Rows of a room: 0 for a point that is in the bore, and 1 or -1 for one that is attached beyond
-the upper or the lower end; and the same for each geom of a piece, or `UNKNOWN`."""
+the upper or the lower end; and the same for each geom of a piece. That is `UNKNOWN` at first, or
+`NEVER` 0."""
 
-UNKNOWN = 2.0
+UNKNOWN, NEVER = 2.0, 3.0
 
 FINEST = len(ORDERS) - 1
 """Level of the charges of a magnet in a bore."""
 
-OUTSIDE, INSIDE, RING = range(3)
-"""What a piece is to a coil; a ring is around the winding, through the bore."""
+WIDE, OUTSIDE, INSIDE, RING = range(4)
+"""What a piece is to a coil: too wide for the bore; or outside or in it; or a ring through it."""
+
+TIGHT = 1e-6
+"""How much wider than the bore what is in it may be, over the width of the bore."""
 
 
 @subroutine
@@ -114,21 +118,50 @@ def _passes(coil, place, frame, lengths):
 
 
 @subroutine
+def _fits(coil, kind, lengths):
+    """Whether a body of a type, with half lengths along its axes, fits in the bore of a coil."""
+    a, b, c = lengths
+    small, large = min(a, b, c), max(a, b, c)
+    middle = a + b + c - small - large
+    axis, _ = _axis_of(coil)
+    if int(coil[KIND]) == CYLINDER:
+        across = math.sqrt(small * small + middle * middle) if kind == BOX else middle
+        return across <= (1.0 + TIGHT) * coil[LENGTHS]
+    one, two = coil[LENGTHS + (axis + 1) % 3], coil[LENGTHS + (axis + 2) % 3]
+    wide, narrow = (1.0 + TIGHT) * max(one, two), (1.0 + TIGHT) * min(one, two)
+    return small <= narrow and middle <= wide
+
+
+@subroutine
+def magnet_fits(row, coil):
+    """Whether a magnet fits in the bore of the other one, which is a coil then."""
+    if coil[COIL] == 0.0 or int(row[KIND]) == MESH:
+        return coil[COIL] > 0.0 and row[RADIUS] <= coil[RADIUS]
+    return _fits(coil, int(row[KIND]), _lengths_of_shape(row))
+
+
+@subroutine
+def _lengths_of_shape(row):
+    """Return half the lengths of a magnet along its axes; 0 for a mesh."""
+    if int(row[KIND]) == MESH:
+        return 0.0, 0.0, 0.0
+    sizes = row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2]
+    a, b, c, _ = ellipsoid(int(row[KIND]), sizes[0], sizes[1], sizes[2])
+    return a, b, c
+
+
+@subroutine
 def thread_charges(room, row, coil):
-    """Whether a magnet is in the bore of a coil; if so, its charges are written.
+    """Whether a magnet that fits is in the bore of a coil; if so, its charges are written.
 
     Returns how many there are, or 0.
     """
     reach = row[RADIUS] + coil[RADIUS]
-    p, f, kind = POSITION_OF_SHAPE, FRAME_OF_SHAPE, int(row[KIND])
+    p, f = POSITION_OF_SHAPE, FRAME_OF_SHAPE
     x, y, z = row[p], row[p + 1], row[p + 2]
-    if coil[COIL] == 0.0 or squared_distance(coil, x, y, z) > reach * reach:
+    if squared_distance(coil, x, y, z) > reach * reach:
         return 0
-    lengths = 0.0, 0.0, 0.0
-    if kind != MESH:
-        a, b, c, _ = ellipsoid(kind, row[LENGTHS], row[LENGTHS + 1], row[LENGTHS + 2])
-        lengths = a, b, c
-    inside = _passes(coil, (x, y, z), row[f:], lengths)
+    inside = _passes(coil, (x, y, z), row[f:], _lengths_of_shape(row))
     count = set_charges(room, row, FINEST)
     for k in range(count):
         inside = inside or is_in_bore(coil, room[0, k], room[1, k], room[2, k])
@@ -140,23 +173,30 @@ def thread_charges(room, row, coil):
 def thread_piece(room, count, piece, coil):
     """Write at which end of a coil each node of a piece is, if it is in the bore; return whether.
 
-    The nodes are in the rows 0 to 2 of `room`.
+    The nodes are in the rows 0 to 2 of `room`. Other magnets are too narrow for anything.
     """
     if coil[COIL] == 0.0:
-        return OUTSIDE
+        return WIDE
     geoms, ends = _geoms_of(piece), room[ENDS]
-    number, found = len(geoms), False
+    number, found, wide = len(geoms), False, True
     for g in range(number):
-        place = _in_world(piece, geoms[g, PLACE], geoms[g, PLACE + 1], geoms[g, PLACE + 2])
-        inside = _passes(coil, place, piece[FRAME:], _lengths_of(geoms[g]))
-        ends[g], found = 0.0 if inside else UNKNOWN, found or inside
+        lengths, inside = _lengths_of(geoms[g]), False
+        ends[g] = NEVER
+        if _fits(coil, int(geoms[g, TYPE]), lengths):
+            place = _in_world(piece, geoms[g, PLACE], geoms[g, PLACE + 1], geoms[g, PLACE + 2])
+            inside, wide = _passes(coil, place, piece[FRAME:], lengths), False
+            ends[g], found = 0.0 if inside else UNKNOWN, found or inside
+    if wide:
+        return WIDE
     for k in range(count):
         g = _nearest(piece, geoms, room[0, k], room[1, k], room[2, k]) if number > 1 else 0
         room[END, k] = g
-        if is_in_bore(coil, room[0, k], room[1, k], room[2, k]):
+        if ends[g] == UNKNOWN and is_in_bore(coil, room[0, k], room[1, k], room[2, k]):
             ends[g], found = 0.0, True
     if not found:
         return OUTSIDE
+    for g in range(number):
+        ends[g] = min(ends[g], UNKNOWN)
     ring = _attach(ends, geoms, piece, coil)
     for k in range(count):
         room[END, k] = ends[int(room[END, k])]

@@ -7,10 +7,9 @@ import math
 
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import GRADIENT
-from magmotor.mjcf.error_numbers import BEHIND, CIRCUIT, NO_ERROR
-from magmotor.mjcf.error_numbers import OUTSIDE as OUTSIDE_OF_TABLE
+from magmotor.mjcf.error_numbers import BEHIND, CIRCUIT, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
-from magmotor.mjcf.forces.bores import OUTSIDE, RING, set_potentials_of_coil, thread_piece
+from magmotor.mjcf.forces.bores import INSIDE, RING, WIDE, set_potentials_of_coil, thread_piece
 from magmotor.mjcf.forces.dipole_table import ELEMENT, FIRST, SIZE, dipole
 from magmotor.mjcf.forces.face_images import lift_of_dipole, lift_of_shape, to_world
 from magmotor.mjcf.forces.iron_pieces import (
@@ -62,7 +61,7 @@ def set_outer_potentials(state, m, offsets):
         for number in range(len(state.fields)):
             row = state.fields[number]
             if not _add_field(state, piece, row, m, offsets):
-                return OUTSIDE_OF_TABLE, element, int(row[NAME])
+                return OUTSIDE, element, int(row[NAME])
     return NO_ERROR
 
 
@@ -123,15 +122,15 @@ def _add_magnets(state, piece, mirror, factor):
     for k in range(len(state.shapes)):
         shape = state.shapes[k]
         if acts_as_shape(shape, piece, mirror):
-            threaded = OUTSIDE if mirror[0] != 0.0 else thread_piece(room, count, piece, shape)
+            threaded = WIDE if mirror[0] != 0.0 else thread_piece(room, count, piece, shape)
             if threaded == RING:
                 return int(shape[GEOM_OF_SHAPE])
-            if mirror[0] == 0.0 and threaded == OUTSIDE:
+            if mirror[0] == 0.0 and threaded == WIDE:
                 lower_charges(room, count, piece, shape)
             for n in range(count):
                 x, y, z = in_frame(shape, room[0, n], room[1, n], room[2, n])
                 room[0, n], room[1, n], room[2, n] = x, y, z
-            if threaded == OUTSIDE:
+            if threaded != INSIDE:
                 set_continued_potentials(room, count, shape)
             else:
                 set_potentials_of_coil(room, count, shape)

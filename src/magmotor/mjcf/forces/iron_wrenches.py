@@ -6,7 +6,7 @@ applied fields and images at its node, and the reaction acts on the source, at t
 
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
-from magmotor.mjcf.forces.bores import OUTSIDE, thread_piece
+from magmotor.mjcf.forces.bores import INSIDE, WIDE, thread_piece
 from magmotor.mjcf.forces.charge_pairs import set_fields
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
@@ -87,7 +87,7 @@ def energy_of_images(state):
             if not acts_as_shape(state.shapes[k], state.pieces[i], NO_MIRROR):
                 continue
             count = place_charges(state.room, nodes_of(state.nodes, state.pieces[i]), NO_MIRROR)
-            if thread_piece(state.room, count, state.pieces[i], state.shapes[k]) == OUTSIDE:
+            if thread_piece(state.room, count, state.pieces[i], state.shapes[k]) == WIDE:
                 energy += image_energy(state.pieces[i], state.shapes[k], state.room)
     return energy
 
@@ -165,9 +165,9 @@ def _add_magnets(state, piece, mirror, center, applied):
             count = _charges(state, piece, mirror)
         else:
             at = dipole_of(shape)
-            threaded = thread_piece(room, count, piece, shape) != OUTSIDE
-            lowered = not threaded and lower_charges(room, count, piece, shape)
-            wrench = charges_at_shape(room, count, at, shape, threaded, False)[:6]
+            threaded = thread_piece(room, count, piece, shape)
+            lowered = threaded == WIDE and lower_charges(room, count, piece, shape)
+            wrench = charges_at_shape(room, count, at, shape, threaded == INSIDE, False)[:6]
             if lowered:
                 wrench = with_images(piece, shape, wrench, room)
             change = _with_images(wrench, NO_MIRROR)

@@ -9,6 +9,7 @@ the derivatives of the energy of the same charges in the potential of the other,
 from magmotor.mjcf.forces.bores import (
     END,
     is_in_bore,
+    magnet_fits,
     set_fields_of_coil,
     set_potentials_of_coil,
     thread_charges,
@@ -238,11 +239,11 @@ def _pair(one, two, room, mirror, factor, center, applied, wanted):
     # The smaller one is represented by charges, since the field of the larger one varies less.
     row, other = (one, two) if one[RADIUS] <= two[RADIUS] else (two, one)
     apart, threaded = mirror[0] == 0.0 and one[COIL] + two[COIL] > 0.0, 0
-    if apart:
+    fits = apart and magnet_fits(row, other)
+    if apart and not fits and magnet_fits(other, row):
+        row, other, fits = other, row, True
+    if fits:
         threaded = thread_charges(room, row, other)
-        if threaded == 0:
-            threaded = thread_charges(room, other, row)
-            row, other = (other, row) if threaded > 0 else (row, other)
     target, place = dipole_of(row), dipole_of(other)
     if mirror[0] != 0.0:
         place = mirrored(mirror, place)
@@ -252,7 +253,9 @@ def _pair(one, two, room, mirror, factor, center, applied, wanted):
         level, pose = order_of_charges(row, other, mirror), pose_of(row)
         if mirror[0] != 0.0:
             pose = mirrored_pose(mirror, pose)
-        level, more = facing_faces(room, pose, row, other, level, wanted)
+        more = NOTHING
+        if not fits:
+            level, more = facing_faces(room, pose, row, other, level, wanted)
         count = set_charges(room, row, level)
         change = _correction(room, count, target, other, mirror, more, apart, False, wanted)
     elif apart:
