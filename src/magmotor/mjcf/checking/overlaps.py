@@ -14,6 +14,9 @@ from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.geoms import bounding_radii
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.declarations.marks import IRON, SHAPES
+from magmotor.mjcf.forces.bores import fits
+from magmotor.mjcf.forces.iron_pieces import ellipsoid
+from magmotor.mjcf.forces.shaped_magnets import COLUMNS, KIND, LENGTHS, POLARIZATION
 from magmotor.mjcf.lookup import label
 
 ALLOWED = 0.1
@@ -49,6 +52,7 @@ def _of_true_shapes(
     """Yield magnets by their geom that are deep in others or in iron, and the numbers of both.
 
     On one rigid body, magnets may overlap, since polarizations add up, but iron displaces magnets.
+    What fits in a coil may be in it.
     """
     kinds = acting_forces(model)
     magnets = [*declared.polarizations(model)] if kinds & SHAPES else []
@@ -62,8 +66,11 @@ def _of_true_shapes(
     near &= apart < radii[one] + radii[other]
     widths = 2 * model.geom_aabb[:, 3:].min(axis=1)
     widths[model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE] = np.inf
+    coiled = declared.coil_of_geoms(model) >= 0
     for first, second in np.column_stack([one, other])[near].tolist():
         pair = [first, second]
+        if any(coiled[coil] and _fits(model, coil, geom) for coil, geom in (pair, pair[::-1])):
+            continue
         allowed = ALLOWED * float(widths[pair].min())
         depth = -mujoco.mj_geomDistance(model, state, first, second, allowed, None)
         if depth > allowed:
@@ -78,6 +85,16 @@ def _of_true_shapes(
                 ),
                 frozenset(pair),
             )
+
+
+def _fits(model: mujoco.MjModel, coil: int, geom: int) -> bool:
+    """Whether a geom fits in the bore of a coil."""
+    row, kind = np.zeros(COLUMNS), int(model.geom_type[geom])
+    row[KIND], row[LENGTHS : LENGTHS + 3] = model.geom_type[coil], model.geom_size[coil]
+    row[POLARIZATION : POLARIZATION + 3] = model.geom_user[coil, :3]
+    if kind in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_MESH):
+        return False
+    return bool(fits(row, kind, ellipsoid(kind, *model.geom_size[geom])[:3]))
 
 
 def _in_iron(
@@ -98,8 +115,8 @@ def _in_iron(
                 yield Failure(
                     label(model, "site", site),
                     f"is in the iron of {label(model, 'geom', geom)} {where}: iron shields a dipole"
-                    " in it; for a coil with a core, give the dipole the moment of both, without"
-                    " that iron",
+                    " in it; for a coil with a core, list a geom in the coil instead, with mu0 N I/L"
+                    " in T as its user numbers",
                 )
 
 

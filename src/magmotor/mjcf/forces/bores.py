@@ -25,7 +25,7 @@ from magmotor.mjcf.forces.shape_distances import squared_distance
 from magmotor.mjcf.forces.shaped_magnets import COIL, KIND, LENGTHS, POLARIZATION, RADIUS, in_frame
 from magmotor.mjcf.forces.shaped_magnets import FRAME as FRAME_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import POSITION as POSITION_OF_SHAPE
-from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.deferred import jitable, subroutine
 from magmotor.numerics.elementary import prefer_wide_vectors
 from magmotor.numerics.shapes.box import box_contains, box_field, box_potential
 from magmotor.numerics.shapes.cylinder import (
@@ -51,7 +51,7 @@ TIGHT = 1e-6
 """How much wider than the bore what is in it may be, over the width of the bore."""
 
 
-@subroutine
+@jitable
 def _axis_of(coil):
     """Return the axis of a coil, and half its length."""
     if int(coil[KIND]) == CYLINDER:
@@ -117,8 +117,8 @@ def _passes(coil, place, frame, lengths):
     return found
 
 
-@subroutine
-def _fits(coil, kind, lengths):
+@jitable
+def fits(coil, kind, lengths):
     """Whether a body of a type, with half lengths along its axes, fits in the bore of a coil."""
     a, b, c = lengths
     small, large = min(a, b, c), max(a, b, c)
@@ -137,7 +137,7 @@ def magnet_fits(row, coil):
     """Whether a magnet fits in the bore of the other one, which is a coil then."""
     if coil[COIL] == 0.0 or int(row[KIND]) == MESH:
         return coil[COIL] > 0.0 and row[RADIUS] <= coil[RADIUS]
-    return _fits(coil, int(row[KIND]), _lengths_of_shape(row))
+    return fits(coil, int(row[KIND]), _lengths_of_shape(row))
 
 
 @subroutine
@@ -182,7 +182,7 @@ def thread_piece(room, count, piece, coil):
     for g in range(number):
         lengths, inside = _lengths_of(geoms[g]), False
         ends[g] = NEVER
-        if _fits(coil, int(geoms[g, TYPE]), lengths):
+        if fits(coil, int(geoms[g, TYPE]), lengths):
             place = _in_world(piece, geoms[g, PLACE], geoms[g, PLACE + 1], geoms[g, PLACE + 2])
             inside, wide = _passes(coil, place, piece[FRAME:], lengths), False
             ends[g], found = 0.0 if inside else UNKNOWN, found or inside
