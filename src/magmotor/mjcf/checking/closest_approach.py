@@ -11,6 +11,7 @@ from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
 from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
+from magmotor.mjcf.checking.coil_bores import in_bores
 from magmotor.mjcf.checking.contact_rule import Approach
 from magmotor.mjcf.checking.dipole_depth import Side
 from magmotor.mjcf.checking.frequencies import swinging_response
@@ -127,7 +128,8 @@ def _meeting(
         apart = sides[0].depth[:, np.newaxis] + sides[1].depth
     walls = limited_joints(model, one.body, other.body)
     gaps, soft = _gaps(model, data, magnets, geoms, level, walls), None
-    bare = acts & (apart < COINCIDENCE)  # no contact keeps these dipoles apart
+    # No contact keeps these dipoles apart, and neither is in the bore of the other.
+    bare = acts & (apart < COINCIDENCE) & ~in_bores(model, one, other)
     repels = not other.images and repel_on_rail(model, data, magnets, apart)
     while walls and not repels and (room := _room(gaps, bare)) > 0:
         found = softest_limit(model, data, magnets, walls, gaps[0], room, np.where(acts, factor, 0))

@@ -8,15 +8,13 @@ import numpy as np
 
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.coil_bores import goes_into
 from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.depth import depth_and_normal
 from magmotor.mjcf.checking.failure import Failure
 from magmotor.mjcf.checking.geoms import bounding_radii
 from magmotor.mjcf.checking.strengths import Magnet, magnets_of
 from magmotor.mjcf.declarations.marks import IRON, SHAPES
-from magmotor.mjcf.forces.bores import fits
-from magmotor.mjcf.forces.iron_pieces import ellipsoid
-from magmotor.mjcf.forces.shaped_magnets import COLUMNS, KIND, LENGTHS, POLARIZATION
 from magmotor.mjcf.lookup import label
 
 ALLOWED = 0.1
@@ -66,10 +64,9 @@ def _of_true_shapes(
     near &= apart < radii[one] + radii[other]
     widths = 2 * model.geom_aabb[:, 3:].min(axis=1)
     widths[model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE] = np.inf
-    coiled = declared.coil_of_geoms(model) >= 0
     for first, second in np.column_stack([one, other])[near].tolist():
         pair = [first, second]
-        if any(coiled[coil] and _fits(model, coil, geom) for coil, geom in (pair, pair[::-1])):
+        if goes_into(model, first, second) or goes_into(model, second, first):
             continue
         allowed = ALLOWED * float(widths[pair].min())
         depth = -mujoco.mj_geomDistance(model, state, first, second, allowed, None)
@@ -85,16 +82,6 @@ def _of_true_shapes(
                 ),
                 frozenset(pair),
             )
-
-
-def _fits(model: mujoco.MjModel, coil: int, geom: int) -> bool:
-    """Whether a geom fits in the bore of a coil."""
-    row, kind = np.zeros(COLUMNS), int(model.geom_type[geom])
-    row[KIND], row[LENGTHS : LENGTHS + 3] = model.geom_type[coil], model.geom_size[coil]
-    row[POLARIZATION : POLARIZATION + 3] = model.geom_user[coil, :3]
-    if kind in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_MESH):
-        return False
-    return bool(fits(row, kind, ellipsoid(kind, *model.geom_size[geom])[:3]))
 
 
 def _in_iron(
@@ -115,8 +102,8 @@ def _in_iron(
                 yield Failure(
                     label(model, "site", site),
                     f"is in the iron of {label(model, 'geom', geom)} {where}: iron shields a dipole"
-                    " in it; for a coil with a core, list a geom in the coil instead, with mu0 N I/L"
-                    " in T as its user numbers",
+                    " in it; for a coil with a core, let the coil list a geom, whose user numbers are"
+                    " mu0 N I/L in T",
                 )
 
 

@@ -167,7 +167,7 @@ class _Text:
         return text + (f' user="{_numbers(polarization)}"/>' if strength else "/>")
 
     def custom(self) -> str:
-        """Return the materials of iron, a coil with the largest drive, and the magnetic constant."""
+        """Return the materials of iron, the coil, which is on, and the magnetic constant."""
         found = []
         if self._coils:
             inner = "".join(f'<element objtype="geom" objname="{name}"/>' for name in self._coils)
