@@ -115,7 +115,6 @@ BENT = (
 DISK, KEEPER = rod("pellet", 6, 34, 40), box("pellet", (-7, 18), (-7, 7), (14, 18))
 
 CORES = {
-    "none": (ROUND, "", DISK, 0, 0.1653, 0.03),  # 1.9e-3
     "rod": (ROUND + POST, "post", DISK, 0, 4.230, 0.03),  # 6.7e-3
     "bobbin": (ROUND + BOBBIN, "post low up", DISK, 0.0055, 9.967, 0.04),  # 1.5e-2
     "bent": (SQUARE + BENT, "post low side", KEEPER, 0.006, 208.9, 0.08),  # 3.4e-2

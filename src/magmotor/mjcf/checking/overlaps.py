@@ -102,8 +102,8 @@ def _in_iron(
                 yield Failure(
                     label(model, "site", site),
                     f"is in the iron of {label(model, 'geom', geom)} {where}: iron shields a dipole"
-                    " in it; for a coil with a core, let the coil list a geom, whose user numbers are"
-                    " mu0 N I/L in T",
+                    " in it; for a coil with a core, let the coil list a geom, and give that the"
+                    " user numbers 0 0 mu0 N I/L, in T",
                 )
 
 

@@ -9,7 +9,7 @@ from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import GRADIENT
 from magmotor.mjcf.error_numbers import BEHIND, CIRCUIT, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
-from magmotor.mjcf.forces.bores import INSIDE, RING, WIDE, set_potentials_of_coil, thread_piece
+from magmotor.mjcf.forces.bores import set_potentials_of_coil
 from magmotor.mjcf.forces.dipole_table import ELEMENT, FIRST, SIZE, dipole
 from magmotor.mjcf.forces.face_images import lift_of_dipole, lift_of_shape, to_world
 from magmotor.mjcf.forces.iron_pieces import (
@@ -26,6 +26,7 @@ from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squa
 from magmotor.mjcf.forces.shape_fields import set_continued_potentials
 from magmotor.mjcf.forces.shaped_magnets import GEOM as GEOM_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import SPREAD, dipole_of, in_frame
+from magmotor.mjcf.forces.threaded_iron import INSIDE, RING, WIDE, thread_piece
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 

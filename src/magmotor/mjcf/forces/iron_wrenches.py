@@ -6,7 +6,6 @@ applied fields and images at its node, and the reaction acts on the source, at t
 
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
-from magmotor.mjcf.forces.bores import INSIDE, WIDE, thread_piece
 from magmotor.mjcf.forces.charge_pairs import set_fields
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole
@@ -49,6 +48,7 @@ from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import MOVES as SHAPE_MOVES
 from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import dipole_of
+from magmotor.mjcf.forces.threaded_iron import INSIDE, WIDE, thread_piece
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
