@@ -251,3 +251,20 @@ def test_what_fits_may_be_in_a_coil():
     assert not any("overlap" in finding for finding in mm.check(cored).findings)
     wide = f"<body>{slide}{rod('rod', 12, -20, 20)}</body>"
     assert "overlap" in mm.check(load(ROUND + wide, "rod")).findings[0]
+
+
+def test_a_coil_that_is_added_to_a_spec_acts():
+    spec = mujoco.MjSpec.from_string(
+        "<mujoco><size nuser_geom='3'/><option gravity='0 0 0'/><worldbody><site name='fixed'/>"
+        f"{ROUND}{body('rod', rod('rod', 8, 25, 40))}</worldbody>"
+        "<actuator><general name='current' site='fixed' gainprm='0'/></actuator></mujoco>"
+    )
+    mm.add_coil(spec, spec.actuator("current"), [spec.geom("coil")])
+    mm.add_iron(spec, [spec.geom("rod")], 1000)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.ctrl[0] = DRIVE
+    mujoco.mj_forward(model, data)
+    expected = state(load(ROUND + body("rod", rod("rod", 8, 25, 40)), "rod"))
+    assert data.qfrc_passive[2] == expected.body("rod").xfrc_applied[2] < 0
+    assert mm.describe(model).coils == {"coil": ("current", 1)}
