@@ -184,7 +184,8 @@ def test_a_dipole_in_iron(height, count):
     for each in found:
         assert each == (
             "site 'coil' is in the iron of geom 'block' at the start: iron shields a dipole in it;"
-            " for a coil with a core, give the dipole the moment of both, without that iron"
+            " for a coil with a core, let the coil list a geom, and give that the user numbers 0 0"
+            " mu0 N I/L, in T"
         )
 
 

@@ -295,4 +295,4 @@ def test_describe_names_coils(capsys):
     assert found.coils == {"coil of the hand": ("current", 1)}
     assert found.fields == {"field": "uniform, driven by other"}
     assert found.acting == ("dipoles", "fields", "coils")
-    assert "coils, dipoles and actuator: coil of the hand (1, current)" in capsys.readouterr().out
+    assert "coils, magnets and actuator: coil of the hand (1, current)" in capsys.readouterr().out

@@ -176,7 +176,7 @@ def test_it_is_what_a_plain_reading_of_names_finds():
         of_table.PIECES: [(geom("pole"), number["numeric"]("soft"), 0, 0, 0)],
         of_table.PLANES: [(geom("floor"), number["numeric"]("soft"), 0, 0, 0)],
         of_table.SHAPES: [
-            (k, owner, model.body_weldid[owner], model.body_dofnum[model.body_weldid[owner]])
+            (k, owner, model.body_weldid[owner], model.body_dofnum[model.body_weldid[owner]], -1)
             for k, owner in enumerate(model.geom_bodyid)
         ],
         of_table.CONDUCTORS: [

@@ -76,7 +76,8 @@ def test_neighbors_on_a_block_feel_the_images_of_each_other(sign):
         for x, flux in zip(places, fluxes, strict=True):
             magnets.append(
                 magpylib.magnet.Cylinder(
-                    position=(x, 0, side * (half + gap)), dimension=(0.0127, 2 * half),
+                    position=(x, 0, side * (half + gap)),
+                    dimension=(0.0127, 2 * half),
                     polarization=(0, 0, flux),
                 )  # fmt: skip
             )
@@ -95,8 +96,10 @@ def test_a_wheel_on_its_rim_is_pulled_as_by_a_plane(gap, distance):
     _, data = loaded(iron, body(wheel), f"1e6 0 {distance}")
     own, image = (
         magpylib.magnet.Cylinder(
-            position=(0, 0, side * (0.018 + gap)), dimension=(0.036, 0.012),
-            polarization=(0, 0, 1.2 * side), orientation=Rotation.from_euler("x", 90, degrees=True),
+            position=(0, 0, side * (0.018 + gap)),
+            dimension=(0.036, 0.012),
+            polarization=(0, 0, 1.2 * side),
+            orientation=Rotation.from_euler("x", 90, degrees=True),
         )  # fmt: skip
         for side in (1, -1)
     )

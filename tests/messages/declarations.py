@@ -319,7 +319,8 @@ ValueError: Error: engine error: coupling tuple 1 'coupling#': its elements must
 DeclarationError(coil, 0): coil tuple 0 'coil': element 0, site 'hand', must be an actuator, since
     it is the first
 >>> mm.describe(model(group("coil", "actuator current")))
-DeclarationError(coil, 0): coil tuple 0 'coil' must name a site or a body after its actuator
+DeclarationError(coil, 0): coil tuple 0 'coil' must name a geom, a site or a body after its
+    actuator
 >>> mm.describe(model(group("coil", "actuator current -1", "site hand")))
 DeclarationError(coil, 0): coil tuple 0 'coil': element 0, actuator 'current', has prm = -1, the
     drive near which its core saturates: must be finite and at least 0 (0: never)
@@ -336,16 +337,29 @@ DeclarationError(coil, 1): coil tuple 1 'coil_2': element 2, site 'hand', is als
 >>> mm.describe(model(group("coil", "actuator current", "site hand", "body needle")))
 DeclarationError(coil, 0): coil tuple 0 'coil': element 1, site 'hand', is a part of a body that
     coil tuple 0 names
+>>> mm.describe(model(group("coil", "actuator current", "joint turn")))
+DeclarationError(coil, 0): coil tuple 0 'coil': element 1, joint 'turn', must be a geom, a site or
+    a body
+>>> mm.describe(model(group("coil", "actuator current", "geom ball", "geom ball"), of_geom="0 0 1"))
+DeclarationError(coil, 0): coil tuple 0 'coil': element 2, geom 'ball', is also named by coil
+    tuple 0
 >>> mm.describe(model(group("coil", "actuator current", "geom core")))
-DeclarationError(coil, 0): coil tuple 0 'coil': element 1, geom 'core', must be a site or a body
+DeclarationError(coil, 0): coil tuple 0 'coil': element 1, geom 'core', has no polarization: its
+    user numbers must be mu0 N I/L in T at a drive of 1, along the axis of the coil
+>>> mm.describe(model(group("coil", "actuator current", "geom core"), of_geom="0 0 1"))
+DeclarationError(coil, 0): coil tuple 0 'coil': element 1, geom 'core', has no polarization: its
+    user numbers must be mu0 N I/L in T at a drive of 1, along the axis of the coil
+>>> mm.describe(model(group("coil", "actuator current", "geom ball"), of_geom="0 0 1"))
+DeclarationError(coil, 0): coil tuple 0 'coil': element 1, geom 'ball', must be a cylinder with a
+    polarization along its z axis, or a box with one along x, y or z
 >>> mm.describe(model(group("coil", "actuator late", "site hand")))
 DeclarationError(coil, 0): coil tuple 0 'coil': element 0, actuator 'late', must not have a delay
 >>> model(group("coil", "actuator nobody"))
 ValueError: Error: unrecognized object 'nobody' in tuple 0
 Element name 'coil', id 0, line 4
 >>> model(group("coil", "actuator current", "geom core"), plugin=True)
-ValueError: Error: engine error: coil tuple 0 'coil': element 1, geom 'core', must be a site or a
-    body
+ValueError: Error: engine error: coil tuple 0 'coil': element 1, geom 'core', has no polarization:
+    its user numbers must be mu0 N I/L in T at a drive of 1, along the axis of the coil
 
 # Numbers of fields
 >>> mm.describe(model(numeric("field", "1 2")))

@@ -78,9 +78,10 @@ ArgumentError: body = 'hand': must be in the spec, not in another one
 >>> spec, other = composed(), composed()
 >>> current, tip = spec.actuator("current"), spec.site("tip")
 >>> mm.add_coil(spec, current, [])
-ArgumentError: dipoles = []: must be at least one site or body
+ArgumentError: dipoles = []: must be at least one geom, site or body
 >>> mm.add_coil(spec, current, ["tip"])
-ArgumentError: dipoles[0] = 'tip': must be an instance of mujoco.MjsBody or mujoco.MjsSite
+ArgumentError: dipoles[0] = 'tip': must be an instance of mujoco.MjsBody, mujoco.MjsSite or
+    mujoco.MjsGeom
 >>> mm.add_coil(spec, current, [other.site("mount")])
 ArgumentError: dipoles[0] = 'mount': must be in the spec, not in another one
 >>> mm.add_coil(spec, other.actuator("current"), [tip])

@@ -169,12 +169,12 @@ def add_magnet(
 def add_coil(
     spec: mujoco.MjSpec,
     actuator: mujoco.MjsActuator,
-    dipoles: Sequence[mujoco.MjsBody | mujoco.MjsSite],
+    dipoles: Sequence[mujoco.MjsBody | mujoco.MjsSite | mujoco.MjsGeom],
     *,
     saturation: NotNegative = 0.0,
     name: str = "coil",
 ) -> mujoco.MjsTuple:
-    """Add a coil to an `MjSpec`: a tuple by which an actuator scales the moments of dipoles.
+    """Add a coil to an `MjSpec`: a tuple by which an actuator scales the moments of magnets.
 
     Parameters
     ----------
@@ -182,8 +182,10 @@ def add_coil(
     actuator : mujoco.MjsActuator
         Its last activation, or its control if it has none, multiplies the moments. With ten zeros
         as `gainprm`, it does not push.
-    dipoles : sequence of mujoco.MjsSite and mujoco.MjsBody
-        Sites with a moment, as `add_dipole` returns them; a body stands for all of its own.
+    dipoles : sequence of mujoco.MjsSite, mujoco.MjsBody and mujoco.MjsGeom
+        Sites with a moment, as `add_dipole` returns them; a body stands for all of its own. A geom,
+        a cylinder or a box, has a winding on its side: its `userdata` is mu0 N I/L in T at a drive
+        of 1, along its axis.
     saturation : float, default 0.0
         The drive near which the core saturates; 0 without saturation.
     name : str, default "coil"
@@ -212,12 +214,14 @@ def add_coil(
     coil
     """
     if not dipoles:
-        raise ArgumentError("dipoles", dipoles, "must be at least one site or body")
+        raise ArgumentError("dipoles", dipoles, "must be at least one geom, site or body")
     listed = [_listed(spec, f"dipoles[{k}]", dipole) for k, dipole in enumerate(dipoles)]
     listed = [_listed(spec, "actuator", actuator, saturation), *listed]
     _check_new(spec, "tuple", name, "coil")
     added = _add_tuple(spec, name, listed)
     let_act(spec, "coils")
+    if any(isinstance(dipole, mujoco.MjsGeom) for dipole in dipoles):
+        let_act(spec, "magnets")
     return added
 
 

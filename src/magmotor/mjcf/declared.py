@@ -78,12 +78,13 @@ def field_owners(model: mujoco.MjModel) -> set[int]:
 
 
 def coils(model: mujoco.MjModel) -> dict[str, tuple[str, int]]:
-    """Return the actuator and the number of dipoles of each coil, by the name of its tuple."""
-    found, of_site = {}, coil_of_sites(model)
+    """Return the actuator and the number of magnets of each coil, by the name of its tuple."""
+    found, of_site, of_geom = {}, coil_of_sites(model), coil_of_geoms(model)
     for coil, row in enumerate(rows(model, of_table.COILS)):
         dipoles = (of_site == coil) & (site_moments(model) != 0)
         actuator = name_of(model, "actuator", row.actuator)
-        found[given_name(model, "tuple", row.tuple)] = actuator, int(dipoles.sum())
+        count = int(dipoles.sum() + (of_geom == coil).sum())
+        found[given_name(model, "tuple", row.tuple)] = actuator, count
     return found
 
 
@@ -91,6 +92,13 @@ def coil_of_sites(model: mujoco.MjModel) -> NDArray[np.int64]:
     """Return the row of the coil to which each site belongs, or -1."""
     found = rows(model, of_table.SITES).coil
     return found if len(found) else np.full(model.nsite, -1)
+
+
+def coil_of_geoms(model: mujoco.MjModel) -> NDArray[np.int64]:
+    """Return the row of the coil to which each geom belongs, or -1."""
+    found, shapes = np.full(model.ngeom, -1), rows(model, of_table.SHAPES)
+    found[shapes.geom] = shapes.coil
+    return found
 
 
 def drivers(model: mujoco.MjModel, section: int) -> list[int]:

@@ -76,7 +76,7 @@ class Description:
     fields : dict of str to str
         What each applied field is, by the name of its numeric.
     coils : dict of str to (str, int)
-        The actuator and the number of dipoles of each coil, by the name of its tuple.
+        The actuator and the number of dipoles and geoms of each coil, by the name of its tuple.
     pushing : tuple of str
         Actuators of coils and fields that also push, by their own gain or bias.
     iron : dict of str to float
@@ -145,7 +145,7 @@ class Description:
             yield f"fields: {listed(f'{name} ({what})' for name, what in self.fields.items())}"
         if self.coils:
             parts = (f"{name} ({n}, {by})" for name, (by, n) in self.coils.items())
-            yield f"coils, dipoles and actuator: {listed(parts)}"
+            yield f"coils, magnets and actuator: {listed(parts)}"
         if self.pushing:
             what = 'that also push bodies (gainprm="0" prevents this)'
             yield f"actuators of coils and fields {what}: {listed(self.pushing)}"

@@ -11,11 +11,11 @@ from magmotor.numerics.deferred import subroutine
     COINCIDENCE, OUTSIDE, BEHIND, UNANSWERED, UNSOLVED, MARK, MOMENT, COUPLING, WRENCH, POTENTIAL,
     PATH, TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
     TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, POLARIZATION, SHAPELESS, COUPLED_MAGNET,
-    MAGNETIC_IRON, UNLOADED, POLYHEDRON, CONDUCTOR, CONDUCTIVITY, BELOW, COLD,
-) = range(35)  # fmt: skip
+    MAGNETIC_IRON, UNLOADED, POLYHEDRON, CONDUCTOR, CONDUCTIVITY, BELOW, COLD, CIRCUIT,
+) = range(36)  # fmt: skip
 """Errors; each has up to two elements, see `error_reports.ELEMENTS`, and numbers."""
 
-KINDS = tuple(name.lower() for name in (*globals(),)[-35:])
+KINDS = tuple(name.lower() for name in (*globals(),)[-36:])
 """Their names, those defined last, for `DeclarationError`."""
 
 DETAILS, KIND, FORM = 16, 2, 15

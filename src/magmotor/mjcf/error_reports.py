@@ -72,6 +72,7 @@ ELEMENTS = (
     (NUMERIC, NOTHING),
     (DIPOLE, GEOM),
     (TUPLE, BODY),
+    (GEOM, GEOM),
 )
 """The types of the two elements of each error, by its number."""
 

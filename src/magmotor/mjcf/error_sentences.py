@@ -40,11 +40,18 @@ _OF_DRIVES = {
     ),
 }
 _OF_COILS = _OF_DRIVES | {
-    custom.FEW: "must name a site or a body after its actuator",
+    custom.FEW: "must name a geom, a site or a body after its actuator",
     custom.FIRST: "must be an actuator, since it is the first",
-    custom.KIND: "must be a site or a body",
+    custom.KIND: "must be a geom, a site or a body",
     custom.REPEATED: "is also named by coil tuple {0:.0f}",
     custom.CONTAINED: "is a part of a body that coil tuple {0:.0f} names",
+    custom.UNPOLARIZED: (
+        "has no polarization: its user numbers must be mu0 N I/L in T at a drive of 1, along the"
+        " axis of the coil"
+    ),
+    custom.ASLANT: (
+        "must be a cylinder with a polarization along its z axis, or a box with one along x, y or z"
+    ),
 }
 _OF_FIELDS = _OF_DRIVES | {
     custom.FEW: "must name a numeric that is a field",
@@ -143,6 +150,10 @@ _OF_ERRORS: dict[int, Forms] = {
         "iron geom {number} {name} is too near other iron, or its image in a plane, for its nodes:"
         " the charges on it cannot be found; put the geoms farther apart, or give the material a"
         " smaller distance of nodes, its third number"
+    ),
+    error_numbers.CIRCUIT: (
+        "iron geom {number} {name} and others form a ring through the coil of geom {other}"
+        " {other_name}: flux along a closed ring is not computed; leave a gap between two pieces"
     ),
     error_numbers.COIL: _of_tuple("coil", _OF_COILS),
     error_numbers.FIELD: "numeric {number} {name}: a field " + FIELD_RULE,

@@ -48,9 +48,10 @@ def magnetism() -> "Block":
     - `fields`: numerics named `field...` are applied fields: B in T (3 numbers), B and its
       derivatives G_xx G_xy G_xz G_yy G_yz in T/m (8), or a table (see `tabulated_field`). A tuple
       `field...` names them and fixes them to a body or a site, or lets an actuator scale them.
-    - `coils`: a tuple named `coil...` lists an actuator, then sites or bodies, whose moments are
-      their `user` numbers times the actuator's last activation, or its control. A control that is
-      set between `mj_step1` and `mj_step2` acts in the next step only (with the plugin, at once).
+    - `coils`: a tuple named `coil...` lists an actuator, then geoms, sites or bodies, whose moments
+      or polarizations are their `user` numbers times the actuator's last activation, or its
+      control. A geom has a winding on its side. A control that is set between `mj_step1` and
+      `mj_step2` acts in the next step only (with the plugin, at once).
     - `magnets`: a geom with `user="J_x J_y J_z"`, its polarization in T along its own axes, is a
       magnet of its shape: a box, a cylinder, an ellipsoid or a sphere.
     - `iron`: a tuple named `iron...` lists a numeric, the susceptibility and optionally the

@@ -12,6 +12,7 @@ from magmotor.dipoles import COINCIDENCE
 from magmotor.mjcf.checking.attraction import attraction
 from magmotor.mjcf.checking.clearance import Clearance
 from magmotor.mjcf.checking.close_iron import CloseIron, close_iron, strong_iron
+from magmotor.mjcf.checking.coil_bores import in_bores
 from magmotor.mjcf.checking.contact_rule import SUNK, Approach
 from magmotor.mjcf.checking.covers import Covers
 from magmotor.mjcf.checking.dipole_depth import Side
@@ -169,8 +170,8 @@ class _Pair:
             self._apart = self._sides[0].depth[:, np.newaxis] + self._sides[1].depth
             if self._duo:
                 self._clearance = Clearance(model, data, magnets, touching, covers)
-        self._bare = self._acts & (self._apart < COINCIDENCE)
-        """Which dipoles no contact keeps apart."""
+        self._bare = self._acts & (self._apart < COINCIDENCE) & ~in_bores(model, one, other)
+        """Which dipoles no contact keeps apart, of which neither is in the bore of the other."""
 
     def _stand(self, geoms: NDArray, margin: float) -> Stand | None:
         return stand(*self._state, geoms, margin, self._covers, self._freedom)

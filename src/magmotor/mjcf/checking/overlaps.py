@@ -8,6 +8,7 @@ import numpy as np
 
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
+from magmotor.mjcf.checking.coil_bores import goes_into
 from magmotor.mjcf.checking.contact_rule import SUNK
 from magmotor.mjcf.checking.depth import depth_and_normal
 from magmotor.mjcf.checking.failure import Failure
@@ -49,6 +50,7 @@ def _of_true_shapes(
     """Yield magnets by their geom that are deep in others or in iron, and the numbers of both.
 
     On one rigid body, magnets may overlap, since polarizations add up, but iron displaces magnets.
+    What fits in a coil may be in it.
     """
     kinds = acting_forces(model)
     magnets = [*declared.polarizations(model)] if kinds & SHAPES else []
@@ -64,6 +66,8 @@ def _of_true_shapes(
     widths[model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE] = np.inf
     for first, second in np.column_stack([one, other])[near].tolist():
         pair = [first, second]
+        if goes_into(model, first, second) or goes_into(model, second, first):
+            continue
         allowed = ALLOWED * float(widths[pair].min())
         depth = -mujoco.mj_geomDistance(model, state, first, second, allowed, None)
         if depth > allowed:
@@ -98,8 +102,8 @@ def _in_iron(
                 yield Failure(
                     label(model, "site", site),
                     f"is in the iron of {label(model, 'geom', geom)} {where}: iron shields a dipole"
-                    " in it; for a coil with a core, give the dipole the moment of both, without"
-                    " that iron",
+                    " in it; for a coil with a core, let the coil list a geom, and give that the"
+                    " user numbers 0 0 mu0 N I/L, in T",
                 )
 
 

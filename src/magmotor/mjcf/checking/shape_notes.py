@@ -93,7 +93,8 @@ def _magnet(model: mujoco.MjModel, geom: int, others: list[Magnet]) -> str:
     if kind == MESH:
         faces = int(model.mesh_facenum[model.geom_dataid[geom]])
         points, time = f"{faces} faces with up to {MOST_FACES} charges", time * faces
-    said = f"is a magnet, a {TYPES[kind]}: {points} where it is near, else a dipole"
+    what = "magnet" if declared.coil_of_geoms(model)[geom] < 0 else "coil"
+    said = f"is a {what}, a {TYPES[kind]}: {points} where it is near, else a dipole"
     if any(other.shaped or other.images for other in others):
         said += (
             f"; in contact, forces are right to {error:g} %, for about {time} us per pair and step"

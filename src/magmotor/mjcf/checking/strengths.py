@@ -19,7 +19,7 @@ from magmotor.mjcf.declarations import table as of_table
 from magmotor.mjcf.declarations.iron import PLANE
 from magmotor.mjcf.declarations.marks import COILS, DIPOLES, IRON, SHAPES
 from magmotor.mjcf.declarations.meshes import MESH
-from magmotor.mjcf.declared import coil_of_sites, polarizations, rows
+from magmotor.mjcf.declared import coil_of_geoms, coil_of_sites, polarizations, rows
 from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.lookup import control_of, disabled, given_name, label
 from magmotor.mjcf.unit_system import moment_scale
@@ -88,14 +88,14 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     kinds = acting_forces(model)
     moments, (drives, unbounded, coils) = np.zeros(model.nsite), _drives(model, kinds)
     if kinds & DIPOLES and model.nuser_site:
-        moments = moment_scale(model) * model.site_user[:, 0] * drives
+        moments = moment_scale(model) * model.site_user[:, 0] * drives[: model.nsite]
     strengths, sites = abs(moments), np.flatnonzero(moments)
     pieces = [*_pieces(model)] if kinds & IRON else []
     shapes = [*_shapes(model, data)] if kinds & SHAPES else []
     geoms = np.array([geom for geom, *_ in (*shapes, *pieces)], int)
     iron = np.array([(0.0, 0.0, 0.0)] * len(shapes) + [numbers for _, *numbers in pieces])
     iron = iron.reshape(-1, 3)
-    none, others = np.zeros(len(geoms)), np.zeros(len(sites))
+    others = np.zeros(len(sites))
     bodies = np.concatenate([model.site_bodyid[sites], model.geom_bodyid[geoms]]).astype(int)
     places = np.array([place for _, place, *_ in shapes]).reshape(-1, 3)
     positions = np.vstack([data.site_xpos[sites], places, data.geom_xpos[geoms[len(shapes) :]]])
@@ -103,11 +103,13 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
     own = np.array([moment for *_, moment, _ in shapes]).reshape(-1, 3)
     largest, without = np.linalg.norm(own, axis=1), np.zeros(len(pieces))
     axes = np.vstack([axes, own / largest[:, np.newaxis], np.zeros((len(pieces), 3))])
-    coils = np.concatenate([coils[sites], np.full(len(geoms), -1)])
-    strengths = np.concatenate([strengths[sites], largest, without])
-    extents = np.concatenate([others, [extent for *_, extent in shapes], without])
     elements = np.concatenate([sites, model.nsite + geoms])
-    unbounded = np.concatenate([unbounded[sites], none - 1]).astype(int)
+    strengths = np.concatenate([strengths[sites], largest, without]) * np.where(
+        elements < model.nsite, 1.0, drives[elements]
+    )
+    extents = np.concatenate([others, [extent for *_, extent in shapes], without])
+    coils, unbounded = coils[elements], unbounded[elements]
+    magnetic = np.arange(len(elements)) < len(sites) + len(shapes)
     responses, saturations, depths = (np.concatenate([others, column]) for column in iron.T)
     welds = model.body_weldid[bodies]
     return [
@@ -115,7 +117,7 @@ def magnets_of(model: mujoco.MjModel, data: mujoco.MjData) -> list[Magnet]:
             int(weld), positions[own], axes[own], strengths[own], bodies[own], responses[own],
             saturations[own], depths[own], extents[own], elements[own],
             int(unbounded[own].max()),
-            frozenset(coils[own & (elements < model.nsite)].tolist()),
+            frozenset(coils[own & magnetic].tolist()),
         )
         for weld in np.unique(welds)
         for own in [welds == weld]
@@ -157,17 +159,18 @@ def _mesh(model: mujoco.MjModel, mesh: int) -> tuple[Array, float, Array]:
 def _drives(
     model: mujoco.MjModel, kinds: int
 ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64]]:
-    """Return the largest drives of all sites, their actuators without limits, and all actuators.
+    """Return the largest drives, their actuators without limits, and all actuators.
 
-    The drive is 1 where neither a limit nor saturation bounds it; elsewhere, the actuator without
-    limits is -1. All are -1 for sites that are no coils.
+    They are those of all sites, and then of all geoms. The drive is 1 where neither a limit nor
+    saturation bounds it; elsewhere, the actuator without limits is -1. All are -1 for what is no
+    coil.
     """
-    drives, (unbounded, coils) = np.ones(model.nsite), np.full((2, model.nsite), -1)
-    of_site = coil_of_sites(model)
+    of_coil = np.concatenate([coil_of_sites(model), coil_of_geoms(model)])
+    drives, (unbounded, coils) = np.ones(len(of_coil)), np.full((2, len(of_coil)), -1)
     for coil, row in enumerate(rows(model, of_table.COILS) if kinds & COILS else ()):
         actuator = int(row.actuator)
         saturation = float(model.tuple_objprm[row.element])
-        own, largest = of_site == coil, largest_drive(model, actuator, saturation)
+        own, largest = of_coil == coil, largest_drive(model, actuator, saturation)
         drives[own], coils[own] = drive_limit(model, actuator, saturation), actuator
         unbounded[own] = actuator if largest == math.inf else -1
     return drives, unbounded, coils

@@ -13,9 +13,11 @@ from magmotor.mjcf.checking.strengths import Magnet
 from magmotor.mjcf.declarations.meshes import MESH
 from magmotor.mjcf.declarations.model_numbers import NAME
 from magmotor.mjcf.declarations.table import PIECES, PLANES
-from magmotor.mjcf.declared import rows
+from magmotor.mjcf.declared import coil_of_geoms, rows
+from magmotor.mjcf.forces.iron_pieces import ellipsoid
 from magmotor.mjcf.hooks import errors_raised
 from magmotor.mjcf.unit_system import declares_units, magnetic_constant, moment_scale
+from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
 TYPES = {int(kind): name[len("mjGEOM_") :].lower()
          for name, kind in mujoco.mjtGeom.__members__.items()}  # fmt: skip
@@ -24,7 +26,7 @@ TYPES = {int(kind): name[len("mjGEOM_") :].lower()
 MODEL = """
 <mujoco>
   <extension><plugin plugin="magmotor.forces"><instance name="magnets">
-    <config key="act" value="dipoles magnets iron"/>
+    <config key="act" value="dipoles magnets coils iron"/>
   </instance></plugin></extension>
   <compiler angle="radian"/>
   <option gravity="0 0 0"><flag contact="disable"/></option>
@@ -34,8 +36,9 @@ MODEL = """
     <body pos="0 0 {away:g}">
       <freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{one}
     </body>
-    {other}
+    {other}<site name="fixed"/>
   </worldbody>
+  <actuator><general name="on" site="fixed" gainprm="0"/></actuator>
 </mujoco>"""
 
 
@@ -54,6 +57,7 @@ class Duo:
             MODEL.format(custom=text.custom(), assets=assets, away=away, one=one, other=other)
         )
         self._data = mujoco.MjData(self._model)
+        self._data.ctrl[:] = 1.0
         self.normal = self._frames[1][1][:, 2]
         """Of the plane of iron, if the second one is one."""
 
@@ -112,6 +116,8 @@ class _Text:
         self._model, self._data, self._scale = model, data, moment_scale(model)
         found = [*rows(model, PIECES), *rows(model, PLANES)]
         self._material_of = {int(row.geom): int(row.material) for row in found}
+        self._coiled = coil_of_geoms(model) >= 0
+        self._coils: list[str] = []
         self._iron: dict[int, list[str]] = {}
         self._count = 0
         self.assets: list[str] = []
@@ -123,7 +129,8 @@ class _Text:
         for n, element in enumerate(magnet.elements.tolist()):
             place = (magnet.positions[n] - origin) @ axes
             if element >= model.nsite:
-                found.append(self._geom(element - model.nsite, origin, axes, magnet.extents[n] > 0))
+                strength = magnet.strengths[n] if magnet.extents[n] > 0 else 0.0
+                found.append(self._geom(element - model.nsite, origin, axes, strength))
             else:
                 moment = magnet.strengths[n] / self._scale
                 axis = magnet.axes[n] @ axes
@@ -132,8 +139,8 @@ class _Text:
                 )
         return "".join(found)
 
-    def _geom(self, geom: int, origin: Array, axes: Array, polarized: bool) -> str:
-        """Return a geom that is a magnet or iron."""
+    def _geom(self, geom: int, origin: Array, axes: Array, strength: float) -> str:
+        """Return a geom that is a magnet, whose moment is its `strength`, or iron."""
         model, own = self._model, self._data.geom_xmat[geom].reshape(3, 3)
         quaternion, name, kind = np.empty(4), f"g{self._count}", int(model.geom_type[geom])
         self._count += 1
@@ -142,7 +149,12 @@ class _Text:
         text = f'<geom name="{name}" type="{TYPES[kind]}" pos="{_numbers(place)}"'
         text += f' quat="{_numbers(quaternion)}"'
         polarization = model.geom_user[geom, :3]
-        if not polarized:
+        if self._coiled[geom]:
+            volume = ellipsoid(kind, *model.geom_size[geom])[3] / VACUUM_PERMEABILITY
+            own = np.linalg.norm(polarization) * volume / self._scale
+            polarization = polarization * (strength / own)
+            self._coils.append(name)
+        if not strength:
             self._iron.setdefault(self._material_of[geom], []).append(name)
         if kind == MESH:
             mesh, turn = int(model.geom_dataid[geom]), np.empty(9)
@@ -152,11 +164,15 @@ class _Text:
             self.assets.append(_mesh(model, mesh, name))
         else:
             text += f' size="{_numbers(model.geom_size[geom])}"'
-        return text + (f' user="{_numbers(polarization)}"/>' if polarized else "/>")
+        return text + (f' user="{_numbers(polarization)}"/>' if strength else "/>")
 
     def custom(self) -> str:
-        """Return the materials of iron, and the magnetic constant."""
+        """Return the materials of iron, the coil, which is on, and the magnetic constant."""
         found = []
+        if self._coils:
+            inner = "".join(f'<element objtype="geom" objname="{name}"/>' for name in self._coils)
+            inner = f'<element objtype="actuator" objname="on"/>{inner}'
+            found.append(f'<tuple name="coil">{inner}</tuple>')
         if declares_units(self._model):
             found.append(f'<numeric name="{NAME}" data="{magnetic_constant(self._model):.17g}"/>')
         for k, (material, names) in enumerate(self._iron.items()):

@@ -60,7 +60,7 @@ def _read(checksum: int, offsets: layout.Layout):
         read_coils(table, kinds & COILS != 0, m, offsets)
         read_fields(table, kinds & FIELDS != 0, m, offsets)
         read_iron(table, kinds & IRON != 0, coupled, m, offsets)
-        read_shapes(table, kinds & SHAPES != 0, m, offsets)
+        read_shapes(table, kinds, m, offsets)
         read_conductors(table, kinds & CONDUCTORS != 0, m, offsets)
         read_magnetometers(table, m, offsets)
 
@@ -81,7 +81,7 @@ def _check(checksum: int, offsets: layout.Layout):
         if error[0] < 0 and kinds & COUPLINGS:
             check_couplings(error, table, m, offsets)
         if error[0] < 0 and kinds & COILS:
-            check_coils(error, table, m, offsets)
+            check_coils(error, table, kinds, m, offsets)
         if error[0] < 0 and kinds & FIELDS:
             check_fields(error, table, extent == error_numbers.THOROUGH, m, offsets)
         if error[0] < 0 and kinds & IRON:

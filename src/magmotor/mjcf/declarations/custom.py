@@ -13,7 +13,9 @@ from magmotor.numerics.deferred import subroutine
 BODY, JOINT, GEOM, SITE, ACTUATOR, SENSOR, NUMERIC, TEXT, TUPLE = 1, 3, 5, 6, 19, 20, 21, 22, 23
 """mjOBJ_BODY and so on."""
 
-FEW, FIRST, KIND, MISNAMED, SHAPE, DELAY, PRM, REPEATED, CONTAINED, SECOND = range(10)
+FEW, FIRST, KIND, MISNAMED, SHAPE, DELAY, PRM, REPEATED, CONTAINED, SECOND, UNPOLARIZED, ASLANT = (
+    range(12)
+)
 """Rules that the elements of a tuple can break; `error_sentences.py` has the sentences."""
 
 

@@ -1,16 +1,26 @@
 """Magnets by their geom: the numbers `user` of a geom are its polarization in T, in its own frame.
 
 The polarization is uniform, and the magnet has the shape of the geom. A geom whose numbers are all
-0, as MuJoCo sets them where there are none, is no magnet.
+0, as MuJoCo sets them where there are none, is no magnet. A coil may drive it; see `coils.py`.
 """
 
 import math
 
 from magmotor.mjcf import memory
+from magmotor.mjcf.declarations.custom import GEOM, element, elements_of
 from magmotor.mjcf.declarations.iron import BOX, CAPSULE, CYLINDER, SPHERE
-from magmotor.mjcf.declarations.marks import COUPLINGS, IRON
+from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, IRON
+from magmotor.mjcf.declarations.marks import SHAPES as SHAPES_ACT
 from magmotor.mjcf.declarations.meshes import MESH, broken_rule
-from magmotor.mjcf.declarations.table import SHAPES, add_row, couplings, header, pieces, shapes
+from magmotor.mjcf.declarations.table import (
+    SHAPES,
+    add_row,
+    coils,
+    couplings,
+    header,
+    pieces,
+    shapes,
+)
 from magmotor.mjcf.error_numbers import (
     COUPLED_MAGNET,
     MAGNETIC_IRON,
@@ -23,13 +33,14 @@ from magmotor.mjcf.error_numbers import (
 from magmotor.numerics.deferred import subroutine
 
 LARGEST = 2.5
-"""Largest polarization in T that any material has, iron and its alloys included."""
+"""Largest polarization in T that any material has, iron and its alloys included; a coil may have
+more."""
 
 
 @subroutine
-def read_shapes(table, acts, m, offsets):
+def read_shapes(table, kinds, m, offsets):
     """Write a row for each geom, if geoms have the numbers for a polarization, and these act."""
-    if not acts or m[offsets.nuser_geom // 8] < 3:
+    if kinds & SHAPES_ACT == 0 or m[offsets.nuser_geom // 8] < 3:
         return
     body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
     weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
@@ -40,6 +51,12 @@ def read_shapes(table, acts, m, offsets):
         row.geom, row.body = geom, body_of[geom]
         row.weld = weld_of[row.body]
         row.freedoms = freedoms[row.weld]
+    found = coils(table)
+    for k in range(len(found) if kinds & COILS else 0):
+        for i in elements_of(found[k].tuple, m, offsets):
+            kind, geom, _ = element(i, m, offsets)
+            if kind == GEOM:
+                shapes(table)[geom].coil = k
 
 
 @subroutine
@@ -67,9 +84,9 @@ def check_shapes(error, table, kinds, meshes, m, offsets):
     In the units of a model with a magnetic constant, a polarization may be any finite number.
     Whether meshes are convex takes long, so that it is checked only if `meshes`.
     """
-    largest = LARGEST if header(table).constant < 0 else math.inf
     for row in shapes(table):
-        geom = row.geom
+        geom, driven = row.geom, row.coil >= 0
+        largest = LARGEST if header(table).constant < 0 and not driven else math.inf
         if error[0] >= 0 or not is_magnet(geom, m, offsets):
             continue
         x, y, z = polarization_of(geom, m, offsets)

@@ -41,8 +41,9 @@ that."""
 IRON = columns("geom material body weld freedoms")
 """A piece or plane of iron: its geom, the numeric of its material, its body, and the same of it."""
 
-SHAPE = columns("geom body weld freedoms")
-"""A geom that is a magnet if it has a polarization: its number, its body, and the same of it."""
+SHAPE = columns("geom body weld freedoms coil")
+"""A geom that is a magnet if it has a polarization: its number, its body, the same of it, and the
+row of its coil."""
 
 CONDUCTOR = columns("tuple geom numeric")
 """The upper face of a conducting plate: its tuple, its plane, which MuJoCo lets no joint move, and

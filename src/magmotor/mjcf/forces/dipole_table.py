@@ -17,6 +17,7 @@ from magmotor.mjcf.forces.iron_pieces import WELD as WELD_OF_PIECE
 from magmotor.mjcf.forces.mirror import add_image, mirrored
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import (
+    COIL,
     GEOM,
     KIND,
     MOMENT,
@@ -172,7 +173,7 @@ def read_points(rows, table, number):
         for i in range(first, first + int(table[SIZE, k])):
             row = rows[count]
             row[GEOM] = row[KIND] = POINT
-            row[RADIUS] = row[SPREAD] = 0.0
+            row[RADIUS] = row[SPREAD] = row[COIL] = 0.0
             row[BODY_OF_SHAPE], row[WELD_OF_SHAPE] = table[BODY, k], table[LABEL, i]
             row[MOVES_OF_SHAPE] = table[MOVES, k]
             for axis in range(3):

@@ -52,11 +52,13 @@ from magmotor.mjcf.forces.shaped_magnets import (
     PUSH,
     RADIUS,
     SPREAD,
+    THREADED,
     WRENCH,
     dipole_of,
     in_frame,
     in_world,
 )
+from magmotor.mjcf.forces.threaded_iron import WIDE
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
@@ -91,6 +93,8 @@ def _add_images_in(piece, one, two, rows, room, wanted):
     energy = 0.0
     for i in range(len(rows)):
         for j in range(i + 1):
+            if rows[i, THREADED] != WIDE or rows[j, THREADED] != WIDE:
+                continue
             if not (is_lifted(rows[i]) or is_lifted(rows[j])):
                 continue
             # The field of the larger one varies less.

@@ -7,12 +7,14 @@ import math
 
 from magmotor.mjcf.declarations.custom import numbers_of
 from magmotor.mjcf.declarations.fields import GRADIENT
-from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE
+from magmotor.mjcf.error_numbers import BEHIND, CIRCUIT, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import NAME, field_and_gradient
+from magmotor.mjcf.forces.bores import set_potentials_of_coil
 from magmotor.mjcf.forces.dipole_table import ELEMENT
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     EXTENT,
+    GEOM,
     OUTER,
     center_of,
     nodes_of,
@@ -22,7 +24,18 @@ from magmotor.mjcf.forces.lifts import is_lifted, set_lifts, to_world
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above, mirrored
 from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squared_distance
 from magmotor.mjcf.forces.shape_fields import set_continued_potentials, set_dipole_potentials
-from magmotor.mjcf.forces.shaped_magnets import KIND, LIFT, POINT, SPREAD, dipole_of, in_frame
+from magmotor.mjcf.forces.shaped_magnets import (
+    COIL,
+    KIND,
+    LIFT,
+    POINT,
+    SPREAD,
+    THREADED,
+    dipole_of,
+    in_frame,
+)
+from magmotor.mjcf.forces.shaped_magnets import GEOM as GEOM_OF_SHAPE
+from magmotor.mjcf.forces.threaded_iron import INSIDE, RING, WIDE, thread_piece
 from magmotor.numerics.deferred import subroutine
 
 _LINE = (
@@ -47,7 +60,9 @@ def set_outer_potentials(state, m, offsets):
         x, y, z = center_of(piece)
         if mirror[0] != 0.0 and height_above(mirror, x, y, z) <= 0.0:
             return BEHIND, element, int(piece[BODY])
-        _add_magnets(state, piece, NO_MIRROR, 1.0)
+        ring = _add_magnets(state, piece, NO_MIRROR, 1.0)
+        if ring >= 0:
+            return CIRCUIT, int(piece[GEOM]), ring
         if mirror[0] != 0.0:
             _add_magnets(state, piece, mirror, -mirror[0])
         for number in range(len(state.fields)):
@@ -82,6 +97,30 @@ def lower_charges(room, count, piece, row):
 
 
 @subroutine
+def set_all_lifts(state, piece):
+    """Find what a piece is to coils, and how far all others are lifted; return whether any is."""
+    room, rows = state.room, state.sources
+    lifted = set_lifts(piece, rows)
+    for k in range(len(rows)):
+        row = rows[k]
+        row[THREADED] = WIDE
+        if row[COIL] != 0.0 and acts_as_shape(row, piece, NO_MIRROR):
+            count = place_charges(room, nodes_of(state.nodes, piece), NO_MIRROR)
+            row[THREADED] = thread_piece(room, count, piece, row)
+            if row[THREADED] != WIDE:
+                row[LIFT] = row[LIFT + 1] = row[LIFT + 2] = 0.0
+    return lifted
+
+
+@subroutine
+def thread(room, count, piece, row, mirror):
+    """Return what a piece, whose nodes are in the room, is to a coil; see `thread_piece`."""
+    if mirror[0] != 0.0 or row[THREADED] == WIDE:
+        return WIDE
+    return thread_piece(room, count, piece, row)
+
+
+@subroutine
 def acts_as_shape(shape, piece, mirror):
     """Whether a magnet, or its image, is so near a piece that its shape counts."""
     if int(shape[KIND]) == POINT:
@@ -94,11 +133,14 @@ def acts_as_shape(shape, piece, mirror):
 
 @subroutine
 def _add_magnets(state, piece, mirror, factor):
-    """Add the potential of all magnets, or of their images, at the nodes of a piece."""
+    """Add the potential of all magnets, or of their images, at the nodes of a piece.
+
+    Returns the geom of a coil around a ring of iron, or -1.
+    """
     own, room, rows = nodes_of(state.nodes, piece), state.room, state.sources
-    count = place_charges(room, own, mirror)
     if mirror[0] == 0.0:
-        set_lifts(piece, rows)
+        set_all_lifts(state, piece)
+    count = place_charges(room, own, mirror)
     for k in range(len(rows)):
         row = rows[k]
         lifted = mirror[0] == 0.0 and is_lifted(row)
@@ -106,16 +148,23 @@ def _add_magnets(state, piece, mirror, factor):
             lower_charges(room, count, piece, row)
         shaped = acts_as_shape(row, piece, mirror)
         if shaped:
+            threaded = thread(room, count, piece, row, mirror)
+            if threaded == RING:
+                return int(row[GEOM_OF_SHAPE])
             for n in range(count):
                 x, y, z = in_frame(row, room[0, n], room[1, n], room[2, n])
                 room[0, n], room[1, n], room[2, n] = x, y, z
-            set_continued_potentials(room, count, row)
+            if threaded != INSIDE:
+                set_continued_potentials(room, count, row)
+            else:
+                set_potentials_of_coil(room, count, row)
         else:
             set_dipole_potentials(room, count, dipole_of(row))
         for n in range(count):
             own[OUTER, n] += factor * room[4, n]
         if shaped or lifted:
             place_charges(room, own, mirror)
+    return -1
 
 
 @subroutine

@@ -25,8 +25,10 @@ from magmotor.mjcf.forces.iron_potentials import (
     field_along_line,
     lower_charges,
     place_charges,
+    set_all_lifts,
+    thread,
 )
-from magmotor.mjcf.forces.lifts import is_lifted, set_lifts, wrench_of_lifted
+from magmotor.mjcf.forces.lifts import is_lifted, wrench_of_lifted
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
 from magmotor.mjcf.forces.shape_fields import dipole_at_dipole, set_dipole_fields
 from magmotor.mjcf.forces.shape_wrenches import (
@@ -39,6 +41,7 @@ from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import MOVES as SHAPE_MOVES
 from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import dipole_of
+from magmotor.mjcf.forces.threaded_iron import INSIDE
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
@@ -69,7 +72,7 @@ def energy_of_images(state):
     """Return the energy by which images in flat faces differ from what nodes resolve."""
     energy = 0.0
     for i in range(len(state.pieces)):
-        if set_lifts(state.pieces[i], state.sources):
+        if set_all_lifts(state, state.pieces[i]):
             energy += add_images(state.pieces[i], state.sources, state.room, True)
     return energy
 
@@ -107,7 +110,7 @@ def _add_magnets(state, piece, mirror, center, applied):
     room, rows = state.room, state.sources
     there = reflected_center(piece, mirror)
     body, moves = int(piece[BODY]), piece[MOVES] > 0.0
-    if mirror[0] == 0.0 and set_lifts(piece, rows):
+    if mirror[0] == 0.0 and set_all_lifts(state, piece):
         add_images(piece, rows, room, False)
     count = _charges(state, piece, mirror)
     for k in range(len(rows)):
@@ -122,7 +125,8 @@ def _add_magnets(state, piece, mirror, center, applied):
         own = dipole_of(row)
         about = own[:3] if lifted else there
         if shaped:
-            wrench = charges_at_shape(room, count, about, row, False)[:6]
+            threaded = thread(room, count, piece, row, mirror) == INSIDE
+            wrench = charges_at_shape(room, count, about, row, threaded, False)[:6]
         else:
             set_dipole_fields(room, count, own)
             wrench = wrench_of_charges(room, count, about)

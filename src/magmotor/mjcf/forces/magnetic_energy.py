@@ -5,6 +5,7 @@ import math
 from magmotor.dipoles import COINCIDENCE_SQUARED, PERMEABILITY_OVER_4PI
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.applied_fields import acts_on, field_and_gradient
+from magmotor.mjcf.forces.coil_columns import is_coil
 from magmotor.mjcf.forces.coupling_factors import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
@@ -84,6 +85,8 @@ def _energy_of_pair(state, k, other):
     first, start = int(table[FIRST, k]), int(table[FIRST, other])
     moves = table[MOVES, k] + table[MOVES, other] > 0.0
     iron = magnets.iron <= start < magnets.shaped
+    if is_coil(state, first) or is_coil(state, start):  # see `add_shape_corrections`
+        return 0.0
     if iron or not moves or table[LABEL, first] == table[LABEL, start]:
         return 0.0
     factor = coupling_factor(table[BODY, k], table[BODY, other], state.couplings)

@@ -119,7 +119,7 @@ def _sizes(table, kinds, nodes, largest):
         len(declared.couplings(table)) if kinds & COUPLINGS else 0,
         len(declared.fields(table)) if kinds & FIELDS else 0,
         _geoms_of_iron(table, kinds),
-        len(declared.coils(table)) if kinds & COILS and count > 0 else 0,
+        len(declared.coils(table)) if kinds & COILS and count + shapes > 0 else 0,
         shapes,
         nodes,
         max(largest, MOST if shapes > 0 else 0),
@@ -235,7 +235,7 @@ def read_state(m, d, offsets, own, kinds):
         read_drives(drives, own, m, d, offsets)
     mirror, count = NO_MIRROR, 0
     if kinds & SHAPES:
-        count = read_shapes(sources, scale, own, m, d, offsets)
+        count = read_shapes(sources, scale, drives, own, m, d, offsets)
     shapes = sources[:count]
     if kinds & IRON:
         known = sizes.nodes >= 0

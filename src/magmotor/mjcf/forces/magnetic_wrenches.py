@@ -12,6 +12,7 @@ from magmotor.mjcf.declarations.table import conductors
 from magmotor.mjcf.error_numbers import COINCIDENCE, NO_ERROR, OUTSIDE
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import NAME, OWNER, acts_on, field_and_gradient
+from magmotor.mjcf.forces.coil_columns import hide_coils, is_coil, show_coils
 from magmotor.mjcf.forces.coupling_factors import coupling_factor
 from magmotor.mjcf.forces.dipole_table import (
     BODY,
@@ -93,10 +94,12 @@ def _set_mutual_wrenches(state, own, m, d, offsets, center, applied):
         # `xfrc_applied` persists, and still has the wrenches of the last step.
         if table[MOVES, k] > 0.0:
             applied[int(table[BODY, k])] = 0.0
+    hide_coils(state)
     acting, coincident = add_dipole_wrenches(
         m.ctypes.data, d.ctypes.data, tolerance_of(own, m, offsets), table, magnets,
         state.couplings, center, applied,
     )  # fmt: skip
+    show_coils(state)
     return acting, find_coincidence(state) if coincident > 0 else NO_ERROR
 
 
@@ -193,6 +196,8 @@ def find_coincidence(state):
             first, start = int(table[FIRST, k]), int(table[FIRST, other])
             factor = coupling_factor(table[BODY, k], table[BODY, other], state.couplings)
             if not moves or factor == 0.0 or table[LABEL, first] == table[LABEL, start]:
+                continue
+            if is_coil(state, first) or is_coil(state, start):
                 continue
             for i in range(first, first + int(table[SIZE, k])):
                 for j in range(start, start + int(table[SIZE, other])):

@@ -6,6 +6,14 @@ quadrature, are in the exact field of the other. The forces on the two are oppos
 the derivatives of the energy of the same charges in the potential of the other, by construction.
 """
 
+from magmotor.mjcf.forces.bores import (
+    END,
+    is_in_bore,
+    magnet_fits,
+    set_fields_of_coil,
+    set_potentials_of_coil,
+    thread_charges,
+)
 from magmotor.mjcf.forces.charges import set_charges, set_dipole
 from magmotor.mjcf.forces.dipole_table import BODY as BODY_OF_DIPOLES
 from magmotor.mjcf.forces.dipole_table import FIRST, LABEL, SIZE, dipole, padded
@@ -26,6 +34,7 @@ from magmotor.mjcf.forces.shape_fields import (
 )
 from magmotor.mjcf.forces.shaped_magnets import (
     BODY,
+    COIL,
     MOVES,
     RADIUS,
     SPREAD,
@@ -42,21 +51,28 @@ from magmotor.numerics.simd import broadcast, load, total
 
 
 @subroutine
-def charges_at_shape(room, count, center, row, wanted):
+def charges_at_shape(room, count, center, row, threaded, wanted):
     """Return the force and torque on charges in the field of a magnet, or their energy.
 
     The force and the torque about `center`, in the world's axes, are those of the field that
-    continues the one outside; the energy is `wanted` only if asked for. The charges, in the world's
-    frame, are taken to that of the magnet.
+    continues the one outside, or of a coil if the charges are `threaded` (see `bores.py`); the
+    energy is `wanted` only if asked for. The charges, in the world's frame, are taken to that of
+    the magnet.
     """
     pose, (xs, ys, zs) = pose_of(row), (room[0], room[1], room[2])
     for k in range(count):
         xs[k], ys[k], zs[k] = in_pose(pose, xs[k], ys[k], zs[k])
     if wanted:
-        set_continued_potentials(room, count, row)
+        if threaded:
+            set_potentials_of_coil(room, count, row)
+        else:
+            set_continued_potentials(room, count, row)
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, energy_of_charges(room, count)
     count = pad_charges(room, count)
-    set_continued_fields(room, count, row)
+    if threaded:
+        set_fields_of_coil(room, count, row)
+    else:
+        set_continued_fields(room, count, row)
     center = in_pose(pose, center[0], center[1], center[2])
     wrench = wrench_of_charges(room, count, center)
     force = in_world(row, wrench[0], wrench[1], wrench[2])
@@ -102,17 +118,17 @@ def wrench_of_charges(room, count, center):
 
 
 @subroutine
-def _correction(room, count, target, row, mirror, more, wanted):
+def _correction(room, count, target, row, mirror, more, apart, threaded, wanted):
     """Return what charges instead of a dipole, and a shape instead of a dipole, change.
 
-    `target` is the dipole that the charges replace; torques are about its position. With a mirror,
-    the charges are in the field of the image of the magnet. What they miss is added as `more`: it
-    is that of their image, then.
+    `target` is the dipole that the charges replace, unless they are `apart`; torques are about its
+    position. With a mirror, the charges are in the field of the image of the magnet. What they miss
+    is added as `more`: it is that of their image, then.
     """
     source = dipole_of(row)
     if mirror[0] == 0.0:
-        true = charges_at_shape(room, count, target, row, wanted)
-        point = dipole_at_dipole(target, source)
+        true = charges_at_shape(room, count, target, row, threaded, wanted)
+        point = NOTHING if apart else dipole_at_dipole(target, source)
         return _difference(true, point, more)
     # The charges of an image are opposite, and reflected; so is the field, instead of the magnet.
     for k in range(count):
@@ -120,7 +136,7 @@ def _correction(room, count, target, row, mirror, more, wanted):
         room[0, k], room[1, k], room[2, k] = place[0], place[1], place[2]
     there = mirrored(mirror, target)
     # A dipole's moment is reflected as a vector, which the force on it takes into account.
-    true = charges_at_shape(room, count, there, row, wanted)
+    true = charges_at_shape(room, count, there, row, False, wanted)
     point = dipole_at_dipole(there, source)
     change = _difference(true, point, more)
     strength = mirror[0]
@@ -179,16 +195,20 @@ def add_both(body, moves, other, other_moves, target, change, mirror, factor, ce
 def add_shape_corrections(state, center, applied, wanted):
     """Replace dipoles by shapes where these are near, in wrenches, or in the energy if `wanted`.
 
-    Returns the energy in J that is added.
+    Coils may have magnets in their center, where dipoles have no field. So theirs do not count
+    among others, and what they do is added here, near or not. Returns the energy in J.
     """
     shapes, mirror, nothing = state.shapes, state.mirror, NO_MIRROR
     room = state.room
     energy = 0.0
     table, magnets = state.table, state.magnets
-    farthest = farthest_squared(shapes)
+    farthest, coils = farthest_squared(shapes), False
+    for j in range(len(shapes)):
+        coils = coils or shapes[j, COIL] > 0.0
     for j in range(len(shapes)):
         other = shapes[j]
         skipped = mirror[0] == 0.0 and nearest_squared(table, magnets.shaped, j) >= farthest
+        skipped = skipped and not coils
         for i in range(0 if skipped else j + 1):
             row = shapes[i]
             moves = row[MOVES] + other[MOVES] > 0.0
@@ -218,17 +238,30 @@ def _pair(one, two, room, mirror, factor, center, applied, wanted):
     """Correct for a pair of magnets, or for one and the image of the other."""
     # The smaller one is represented by charges, since the field of the larger one varies less.
     row, other = (one, two) if one[RADIUS] <= two[RADIUS] else (two, one)
+    apart, threaded = mirror[0] == 0.0 and one[COIL] + two[COIL] > 0.0, 0
+    fits = apart and magnet_fits(row, other)
+    if apart and not fits and magnet_fits(other, row):
+        row, other, fits = other, row, True
+    if fits:
+        threaded = thread_charges(room, row, other)
     target, place = dipole_of(row), dipole_of(other)
     if mirror[0] != 0.0:
         place = mirrored(mirror, place)
-    if not is_near(row, place[0], place[1], place[2], reach_of(other), other[SPREAD]):
+    if threaded > 0:
+        change = _correction(room, threaded, target, other, mirror, NOTHING, True, True, wanted)
+    elif is_near(row, place[0], place[1], place[2], reach_of(other), other[SPREAD]):
+        level, pose = order_of_charges(row, other, mirror), pose_of(row)
+        if mirror[0] != 0.0:
+            pose = mirrored_pose(mirror, pose)
+        more = NOTHING
+        if not fits:
+            level, more = facing_faces(room, pose, row, other, level, wanted)
+        count = set_charges(room, row, level)
+        change = _correction(room, count, target, other, mirror, more, apart, False, wanted)
+    elif apart:
+        change = dipole_at_dipole(target, place)
+    else:
         return 0.0
-    level, pose = order_of_charges(row, other, mirror), pose_of(row)
-    if mirror[0] != 0.0:
-        pose = mirrored_pose(mirror, pose)
-    level, more = facing_faces(room, pose, row, other, level, wanted)
-    count = set_charges(room, row, level)
-    change = _correction(room, count, target, other, mirror, more, wanted)
     if not wanted:
         add_both(
             int(row[BODY]), row[MOVES] > 0.0, int(other[BODY]), other[MOVES] > 0.0,
@@ -243,10 +276,17 @@ def _dipole_and_shape(target, body, moves, row, room, mirror, center, applied, w
     if target[3] == 0.0 and target[4] == 0.0 and target[5] == 0.0:
         return 0.0
     place = mirrored(mirror, target) if mirror[0] != 0.0 else target
-    if not is_near(row, place[0], place[1], place[2], 0.0, 0.0):
+    apart = mirror[0] == 0.0 and row[COIL] > 0.0
+    if is_near(row, place[0], place[1], place[2], 0.0, 0.0):
+        threaded = apart and is_in_bore(row, place[0], place[1], place[2])
+        count = set_dipole(room, target, row[RADIUS])
+        for k in range(count):
+            room[END, k] = 0.0
+        change = _correction(room, count, target, row, mirror, NOTHING, apart, threaded, wanted)
+    elif apart:
+        change = dipole_at_dipole(target, dipole_of(row))
+    else:
         return 0.0
-    count = set_dipole(room, target, row[RADIUS])
-    change = _correction(room, count, target, row, mirror, NOTHING, wanted)
     if not wanted:
         add_both(
             body, moves, int(row[BODY]), row[MOVES] > 0.0,

@@ -20,30 +20,32 @@ polarization in T in its frame, divided by the scale of moments; its center; and
 row."""
 
 RADIUS, SPREAD, MOMENT, BODY, WELD, MOVES, MESH_COLUMNS = 20, 21, 22, 25, 26, 27, 28
-EXCESS, LIFT, WRENCH, PUSH, COLUMNS = 32, 35, 38, 44, 47
+EXCESS, COIL, THREADED, LIFT, WRENCH, PUSH, COLUMNS = 32, 35, 36, 37, 40, 46, 49
 """Further columns: the radius of the sphere around it; the largest difference of its second
 moments; its moment along the axes of the world; its body, the rigid body of that, and the degrees
 of freedom of that; the addresses and numbers of the vertices and faces of a mesh, as bits; the
-roots of what its second moments exceed the smallest one by; how far it is lifted near a face of
-iron, the force and torque in images there, and the force on it where it is lifted, for which see
-`lifts.py`; and how many columns there are."""
+roots of what its second moments exceed the smallest one by; 1 if a coil drives it; what a piece of
+iron is to that coil, see `threaded_iron.py`; how far it is lifted near a face of the piece, the
+force and torque in images there, and the force on it where it is lifted, for which see `lifts.py`;
+and how many columns there are."""
 
 POINT = -1
 """Stands for the geom and the type of a dipole that has a row among magnets by their geom."""
 
 
 @subroutine
-def read_shapes(rows, scale, table, m, d, offsets):
+def read_shapes(rows, scale, drives, table, m, d, offsets):
     """Write one row for each geom that has a polarization; return their number.
 
     `scale` is that of moments. A polarization is divided by it, since the forces are the squares of
-    scaled moments, in the vacuum permeability of SI units.
+    scaled moments, in the vacuum permeability of SI units. `drives`, unless it is empty, are those
+    of coils.
     """
     kinds = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     sizes = memory.numbers(m[offsets.geom_size // 8], memory.UNBOUNDED, 3)
     position = memory.numbers(d[offsets.geom_xpos // 8], memory.UNBOUNDED, 3)
     frame = memory.numbers(d[offsets.geom_xmat // 8], memory.UNBOUNDED, 9)
-    count, inverse = 0, 1.0 / scale
+    count = 0
     for found in shapes(table):
         geom = found.geom
         if not is_magnet(geom, m, offsets):
@@ -51,6 +53,8 @@ def read_shapes(rows, scale, table, m, d, offsets):
         row, kind, size = rows[count], kinds[geom], sizes[geom]
         row[GEOM], row[KIND] = geom, kind
         row[BODY], row[WELD], row[MOVES] = found.body, found.weld, found.freedoms
+        row[COIL] = 1.0 if len(drives) > 0 and found.coil >= 0 else 0.0
+        inverse = (drives[found.coil] if row[COIL] > 0.0 else 1.0) / scale
         x, y, z = polarization_of(geom, m, offsets)
         if kind == MESH:
             x, y, z = in_frame_of_mesh(geom, x, y, z, m, offsets)
