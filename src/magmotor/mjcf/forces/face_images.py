@@ -126,7 +126,7 @@ def _add_pair(piece, faces, row, other, same, room, wanted):
     shaped = int(other[KIND]) != POINT
     shaped = shaped and (same or is_near(other, x, y, z, reach_of(row), row[SPREAD]))
     share = _shares(piece, faces, row)
-    part = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) if same else _shares(piece, faces, other)
+    part = share if same else _shares(piece, faces, other)
     if share[0] * part[0] == 0.0:
         return 0.0
     energy = 0.0

@@ -26,7 +26,7 @@ width is about `WIDTH` of it or more. The field of a small magnet varies more.""
 SOFT = 0.25
 """Half of the interval of heights in which the lift begins, over the height that nodes resolve."""
 
-SHARP = 0.05
+SHARP = 0.2
 """Difference of heights above two faces at an edge, over the thickness of a magnet, in which the
 lift goes from one to the other."""
 
@@ -36,7 +36,7 @@ REACH = POINT * (1.0 + SOFT)
 SEAM = 0.5
 """Width in which images go from one rectangle to the next, over the distance of nodes."""
 
-BLUNT, ROUND = 0.1, 0.2
+BLUNT, ROUND = 0.1, 0.1
 """How far the edges of a piece are rounded, over the distance of nodes, and over the radius of a
 magnet, whose charges are points."""
 
