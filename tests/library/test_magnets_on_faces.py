@@ -123,8 +123,8 @@ def test_a_wheel_rolls_around_an_edge():
     """
     energies = [rolled(angle, 0.0)[0] for angle in np.linspace(0, math.pi / 2, 9)]
     assert energies == pytest.approx(energies[::-1], rel=1e-3)  # 1.3e-4
-    assert np.diff(energies[:5]).min() > 0  # 1.2 mJ
-    assert rolled(math.pi / 4, 0.012)[1] == pytest.approx(7.7, rel=0.2)  # 0.14
+    assert np.diff(energies[:5]).min() > 0  # 2 mJ
+    assert rolled(math.pi / 4, 0.012)[1] == pytest.approx(7.7, rel=0.2)  # 0.06
 
 
 LEFT, RIGHT = (

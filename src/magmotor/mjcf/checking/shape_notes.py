@@ -110,7 +110,7 @@ def _iron(model: mujoco.MjModel, geom: int, address: int, others: list[Magnet]) 
     said += f" {max(1, round(QUADRATIC * count**2))} us per step"
     if any(other.strengths.any() for other in others):
         flat = model.geom_type[geom] in (BOX, CYLINDER)
-        error = "1 % on a face, but to 20 % beyond its edges" if flat else "14 %"
+        error = "1 % on a face, but to half near its edges" if flat else "14 %"
         said += (
             f"; in contact with magnets, forces are right to {error}, for about {FACING} us each"
         )

@@ -9,11 +9,14 @@ A charge q_i of magnet a in the image of magnet b contributes -k w_i q_i phi_b(x
 of that in its own image. Here, phi_b is the potential of magnet b itself, x_i' the reflected place,
 k = chi/(chi + 2), and the weight w_i is 1 above the face, falls beside it as the exact solution for
 a wedge says, and is 0 behind it. In an inner corner of two faces, there is the image of both
-images, too, with k^2 instead of -k. All forces are derivatives of U, including those of the
-weights, and, in `lifts.py`, those of the lifts.
+images, too, with k^2 instead of -k. All is times (s_a s_b)^(3/4), where s are the shares of the
+face in the lifts: at a convex edge, this gives a wheel the pull of boundary elements. All forces
+are derivatives of U, including those of the weights, and, in `lifts.py`, those of the lifts.
 
 A dipole is two opposite charges near each other, and so is a magnet that is far from the image.
 """
+
+import math
 
 from magmotor.mjcf.forces.charges import PLACES, set_charges, set_dipole
 from magmotor.mjcf.forces.faces import (
@@ -129,9 +132,10 @@ def _add_pair(piece, faces, row, other, same, room, wanted):
     part = share if same else _shares(piece, faces, other)
     if share[0] * part[0] == 0.0:
         return 0.0
-    energy = 0.0
+    root = math.sqrt(share[0] * part[0])
+    factor, energy = root * math.sqrt(root), 0.0
     for lifted in range(2):
-        sign = (1.0 - 2.0 * lifted) * share[0] * part[0]
+        sign = (1.0 - 2.0 * lifted) * factor
         count = _set_charges(piece, faces, row, other, same, lifted, shaped, room)
         if shaped:
             set_continued_potentials(room, count, other)
@@ -142,8 +146,8 @@ def _add_pair(piece, faces, row, other, same, room, wanted):
             _set_fields(piece, other, shaped, room, count)
             _add_forces(piece, faces, row, other, lifted, sign, room, count)
     if not wanted:
-        _add(row, 0, -energy / share[0], share[1:])
-        _add(other, 0, -energy / part[0], part[1:])
+        _add(row, 0, -0.75 * energy / share[0], share[1:])
+        _add(other, 0, -0.75 * energy / part[0], part[1:])
     return energy
 
 
