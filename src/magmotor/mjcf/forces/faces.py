@@ -40,6 +40,9 @@ BLUNT, ROUND = 0.1, 0.1
 """How far the edges of a piece are rounded, over the distance of nodes, and over the radius of a
 magnet, whose charges are points."""
 
+CLOSED = 1e-6
+"""How far the ends of two faces may be apart where they meet, over the distance of nodes."""
+
 WEDGE = 0.563
 """Number in the weight at an edge, by which charges near a wedge of 90 degrees have the energy of
 the exact solution to 4 %."""
@@ -149,7 +152,7 @@ def weight_on(face, place, radius):
     It is 1 above the middle of the face, also slightly below its plane, and falls beside it and
     deeper.
     """
-    distance, height = distance_of_nodes(face), height_above(face, place)
+    distance, height = distance_of_nodes(face), max(height_above(face, place), 0.0)
     blunt = BLUNT * distance + ROUND * radius
     root = math.sqrt(height * height + blunt * blunt)
     weight = by_one = by_two = by_root = 0.0
@@ -222,6 +225,17 @@ def component(axis, k, along, one, two):
     if k == axis:
         return along
     return one if k == (axis + 1) % 3 else two
+
+
+@subroutine
+def reaches(face, other):
+    """Whether a rectangle of a face ends at the plane of another one, behind it."""
+    axis = int(other[0, AXIS])
+    after, found = (axis - int(face[0, AXIS]) - 1) % 3, False
+    for k in range(len(face) if after < 2 else 0):
+        end = other[0, SIDE] * face[k, CENTER + after] + face[k, HALF + after]
+        found = found or abs(end - other[0, HEIGHT]) < CLOSED * face[k, APART]
+    return found
 
 
 @subroutine

@@ -28,7 +28,7 @@ from magmotor.mjcf.forces.iron_potentials import (
     set_all_lifts,
     thread,
 )
-from magmotor.mjcf.forces.lifts import is_lifted, wrench_of_lifted
+from magmotor.mjcf.forces.lifts import wrench_of_lifted
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
 from magmotor.mjcf.forces.shape_fields import dipole_at_dipole, set_dipole_fields
 from magmotor.mjcf.forces.shape_wrenches import (
@@ -39,9 +39,9 @@ from magmotor.mjcf.forces.shape_wrenches import (
 )
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import MOVES as SHAPE_MOVES
+from magmotor.mjcf.forces.shaped_magnets import THREADED, dipole_of
 from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
-from magmotor.mjcf.forces.shaped_magnets import dipole_of
-from magmotor.mjcf.forces.threaded_iron import INSIDE
+from magmotor.mjcf.forces.threaded_iron import INSIDE, WIDE
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
@@ -110,7 +110,8 @@ def _add_magnets(state, piece, mirror, center, applied):
     room, rows = state.room, state.sources
     there = reflected_center(piece, mirror)
     body, moves = int(piece[BODY]), piece[MOVES] > 0.0
-    if mirror[0] == 0.0 and set_all_lifts(state, piece):
+    lifted = mirror[0] == 0.0 and set_all_lifts(state, piece)
+    if lifted:
         add_images(piece, rows, room, False)
     count = _charges(state, piece, mirror)
     for k in range(len(rows)):
@@ -118,10 +119,10 @@ def _add_magnets(state, piece, mirror, center, applied):
         on_it = row[SHAPE_MOVES] > 0.0
         if not (moves or on_it) or (row[WELD_OF_SHAPE] == piece[WELD] and mirror[0] == 0.0):
             continue
-        lifted, shaped = mirror[0] == 0.0 and is_lifted(row), acts_as_shape(row, piece, mirror)
+        shaped = acts_as_shape(row, piece, mirror)
         if lifted:
             lower_charges(room, count, piece, row)
-        # About the magnet if it is lifted, and else about the center of the piece.
+        # If any magnet is lifted, all are in its image, and the wrench is about each of them.
         own = dipole_of(row)
         about = own[:3] if lifted else there
         if shaped:
@@ -130,7 +131,7 @@ def _add_magnets(state, piece, mirror, center, applied):
         else:
             set_dipole_fields(room, count, own)
             wrench = wrench_of_charges(room, count, about)
-        if lifted:
+        if lifted and row[THREADED] == WIDE:
             wrench = wrench_of_lifted(piece, row, wrench)
         target = own if lifted else (*center_of(piece), 0.0, 0.0, 0.0)
         add_both(

@@ -8,7 +8,6 @@ import math
 
 from magmotor.mjcf.forces.faces import (
     AXIS,
-    DEPTH,
     HEIGHT,
     REACH,
     SHARP,
@@ -20,7 +19,7 @@ from magmotor.mjcf.forces.faces import (
     height_above,
     height_of_lift,
     inside,
-    rises_above,
+    reaches,
 )
 from magmotor.mjcf.forces.iron_pieces import EXTENT, FRAME, POSITION
 from magmotor.mjcf.forces.shape_distances import (
@@ -127,13 +126,12 @@ def _gap(piece, face, row):
 def share_of(piece, face, row):
     """Return the share of a face in the lift of a magnet, and its derivatives by place and turn.
 
-    It is 1 but near edges: the convex edge of two planes, of which the magnet's lowest point is
-    above one and behind the other, or a little behind both. Their shares have the sum 1.
+    It is 1 but near a convex edge, where the magnet's lowest points are a little behind the planes
+    of both faces. Their shares have the sum 1.
     """
-    thickness = thickness_of(row)
-    if thickness == 0.0:
-        thickness = min(distance_of_nodes(face), face[0, DEPTH])
-    scale = 1.0 / (SHARP * thickness)
+    if int(row[KIND]) == POINT:
+        return _share_of_point(piece, face, row)
+    scale = 1.0 / (SHARP * thickness_of(row))
     gap, x, y, z = _gap(piece, face, row)
     own, more = _soft(scale * gap)
     faces, first, total = faces_of(piece), 0, 0.0
@@ -146,7 +144,7 @@ def share_of(piece, face, row):
             continue
         # The lowest point is below the center.
         highest = height_above(other, center_on_piece(piece, row))
-        if scale * min(highest, 0.0) - own < FAINT or _meet_inside(face, other):
+        if scale * min(highest, 0.0) - own < FAINT or not _competes(face, other, highest):
             continue
         height, u, v, w = _gap(piece, other, row)
         level, slope = _soft(scale * height)
@@ -161,6 +159,36 @@ def share_of(piece, face, row):
     return (
         share, factor * fx, factor * fy, factor * fz, factor * tx, factor * ty, factor * tz
     )  # fmt: skip
+
+
+@subroutine
+def _share_of_point(piece, face, row):
+    """Return the same for a dipole: h^4 of its height above a face, over the sum for all faces.
+
+    The energy in its image grows as 1/h^3, so that nothing diverges where it passes the plane of a
+    face that it is beside.
+    """
+    faces, place, first, total = faces_of(piece), center_on_piece(piece, row), 0, 0.0
+    height = height_above(face, place)
+    if height <= 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x = y = z = 0.0
+    while first < len(faces):
+        other = face_from(faces, first)
+        first += len(other)
+        above = height_above(other, place)
+        same = other[0, AXIS] == face[0, AXIS] and other[0, SIDE] == face[0, SIDE]
+        same = same and other[0, HEIGHT] == face[0, HEIGHT]
+        if above > 0.0 and (same or _competes(face, other, above)):
+            ratio = above / height
+            cube = ratio * ratio * ratio
+            total += cube * ratio
+            a = _by_plane(other, 0.0, 0.0, 0.0, 4.0 * cube / height)
+            b = _by_plane(face, 0.0, 0.0, 0.0, 4.0 * cube * ratio / height)
+            x, y, z = x + a[0] - b[0], y + a[1] - b[1], z + a[2] - b[2]
+    share = 1.0 / total
+    factor = -share * share
+    return share, factor * x, factor * y, factor * z, 0.0, 0.0, 0.0
 
 
 @subroutine
@@ -180,9 +208,14 @@ def _by_plane(face, x, y, z, slope):
 
 
 @subroutine
-def _meet_inside(one, two):
-    """Whether two faces meet in an inner corner."""
-    return one[0, AXIS] != two[0, AXIS] and rises_above(one, two) and rises_above(two, one)
+def _competes(face, other, height):
+    """Whether a magnet, with its center at a height above another face, may be above that instead.
+
+    The two meet in a convex edge, or they are on opposite sides of the piece.
+    """
+    if other[0, AXIS] == face[0, AXIS]:
+        return height > 0.0 and face[0, SIDE] * other[0, SIDE] < 0.0
+    return reaches(face, other) and reaches(other, face)
 
 
 @subroutine
