@@ -81,9 +81,11 @@ def drive(model: mujoco.MjModel) -> xr.Dataset:
 
 
 def outcome(motion: xr.Dataset) -> str:
-    """Return whether the robot stayed on, and the least normal force of each wheel."""
+    """Return how far the robot came, and the least normal force of each wheel if it did."""
     if not motion.normal[-1].any():
         return f"falls off after {float(motion.time[-1]):.2f} s"
+    if motion.qpos[-1, 0] < 0:
+        return "stays on, but does not pass the edge"
     least = motion.normal.sel(time=slice(RAMP, None)).min("time")
     each = ", ".join(
         f"{value:.1f} N ({wheel})" for wheel, value in zip(WHEELS, least.values, strict=True)
