@@ -127,6 +127,26 @@ def test_a_wheel_rolls_around_an_edge():
     assert rolled(math.pi / 4, 0.012)[1] == pytest.approx(7.7, rel=0.2)  # 0.06
 
 
+def test_a_dipole_passes_an_edge_without_a_jump():
+    """At 3 mm, in mJ: -116 above thick iron, and there is no reason for more than that.
+
+    Beside the edge, its distance from the plane of the other face vanishes: there, its image was
+    200 times as strong.
+    """
+    site = body('<geom size=".001"/><site user=".5"/>', place="0 0 .003")
+    model, data = loaded(BLOCK, site, "1e6")
+    energies = []
+    for x in np.arange(0.025, 0.035, 1e-4):
+        data.qpos[7] = x
+        mujoco.mj_kinematics(model, data)
+        energies.append(1e3 * mm.magnetic_energy(model, data))
+    plane = 1e3 * 4e-7 * 0.5**2 / (32 * 0.003**3)
+    assert energies[0] == pytest.approx(-plane, rel=0.05)
+    assert min(energies) > -1.1 * plane
+    assert max(energies) < 0
+    assert np.abs(np.diff(energies)).max() < 0.1 * plane
+
+
 LEFT, RIGHT = (
     disk(0.00635, 0.0015875, (0, 0, 0), "0 0 1.32"),
     disk(0.005, 0.002, (0, 0, 0), ".3 0 1.32"),
@@ -152,6 +172,8 @@ SCENES = {
     ),
     "a rim": body(disk(0.012, 0.004, (0, 0, 0), "0 0 1.32"), place="0 0 .0135", turn="80 0 3")
     + body(RIGHT, place=".024 0 .0065", turn="8 4 20"),
+    "a magnet high above another": body(LEFT, place="-.007 .002 .0025", turn="3 -5 0")
+    + body(RIGHT, place=".0065 0 .03", turn="8 4 20"),
     "beside an edge": body(RIGHT, place=".033 .002 .0023", turn="8 54 20"),
 }
 WALL = '<geom name="wall" type="box" size=".03 .005 .02" pos="0 .035 0"/>'

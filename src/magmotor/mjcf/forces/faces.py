@@ -27,8 +27,8 @@ SOFT = 0.25
 """Half of the interval of heights in which the lift begins, over the height that nodes resolve."""
 
 SHARP = 0.2
-"""Difference of heights above two faces at an edge, over the thickness of a magnet, in which the
-lift goes from one to the other."""
+"""Height of a lowest point above a face, over the thickness of a magnet, where it is well in
+front."""
 
 REACH = POINT * (1.0 + SOFT)
 """Gap to a face beyond which no magnet is lifted, over the distance of nodes."""

@@ -8,7 +8,6 @@ import math
 
 from magmotor.mjcf.forces.faces import (
     AXIS,
-    HEIGHT,
     REACH,
     SHARP,
     SIDE,
@@ -31,9 +30,6 @@ from magmotor.mjcf.forces.shape_distances import (
 from magmotor.mjcf.forces.shaped_magnets import KIND, LIFT, POINT, PUSH, RADIUS, WRENCH
 from magmotor.mjcf.forces.shaped_magnets import POSITION as POSITION_OF_SHAPE
 from magmotor.numerics.deferred import subroutine
-
-FAINT = -40.0
-"""Logarithm of the largest share that is none."""
 
 
 @subroutine
@@ -133,22 +129,17 @@ def share_of(piece, face, row):
         return _share_of_point(piece, face, row)
     scale = 1.0 / (SHARP * thickness_of(row))
     gap, x, y, z = _gap(piece, face, row)
-    own, more = _soft(scale * gap)
+    own, more = _front(scale * gap)
     faces, first, total = faces_of(piece), 0, 0.0
     fx = fy = fz = tx = ty = tz = 0.0
     while first < len(faces):
         other = face_from(faces, first)
         first += len(other)
-        same = other[0, AXIS] == face[0, AXIS] and other[0, SIDE] == face[0, SIDE]
-        if same and other[0, HEIGHT] == face[0, HEIGHT]:
-            continue
-        # The lowest point is below the center.
-        highest = height_above(other, center_on_piece(piece, row))
-        if scale * min(highest, 0.0) - own < FAINT or not _competes(face, other, highest):
+        if not _competes(face, other, height_above(other, center_on_piece(piece, row))):
             continue
         height, u, v, w = _gap(piece, other, row)
-        level, slope = _soft(scale * height)
-        ratio = math.exp(level - own)
+        level, slope = _front(scale * height)
+        ratio = level / own
         total += ratio
         a = _by_plane(other, u, v, w, ratio * slope * scale)
         b = _by_plane(face, x, y, z, ratio * more * scale)
@@ -168,7 +159,7 @@ def _share_of_point(piece, face, row):
     The energy in its image grows as 1/h^3, so that nothing diverges where it passes the plane of a
     face that it is beside.
     """
-    faces, place, first, total = faces_of(piece), center_on_piece(piece, row), 0, 0.0
+    faces, place, first, total = faces_of(piece), center_on_piece(piece, row), 0, 1.0
     height = height_above(face, place)
     if height <= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -177,9 +168,7 @@ def _share_of_point(piece, face, row):
         other = face_from(faces, first)
         first += len(other)
         above = height_above(other, place)
-        same = other[0, AXIS] == face[0, AXIS] and other[0, SIDE] == face[0, SIDE]
-        same = same and other[0, HEIGHT] == face[0, HEIGHT]
-        if above > 0.0 and (same or _competes(face, other, above)):
+        if above > 0.0 and _competes(face, other, above):
             ratio = above / height
             cube = ratio * ratio * ratio
             total += cube * ratio
@@ -192,10 +181,10 @@ def _share_of_point(piece, face, row):
 
 
 @subroutine
-def _soft(x):
-    """Return -log(1 + exp(-x)) and its derivative."""
-    small = math.exp(-abs(x))
-    return min(x, 0.0) - math.log1p(small), (small if x > 0.0 else 1.0) / (1.0 + small)
+def _front(x):
+    """Return what goes from 0 behind a face, as 1/x^2, to 1 in front, and its relative slope."""
+    root = math.sqrt(1.0 + x * x)
+    return 0.5 / (root * (root - x)), (root - x) / (root * root)
 
 
 @subroutine
