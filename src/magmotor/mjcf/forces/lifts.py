@@ -19,6 +19,7 @@ from magmotor.mjcf.forces.faces import (
     height_of_lift,
     inside,
     reaches,
+    step,
 )
 from magmotor.mjcf.forces.iron_pieces import EXTENT, FRAME, POSITION
 from magmotor.mjcf.forces.shape_distances import (
@@ -212,11 +213,16 @@ def _lift_from(piece, row, place, face):
     """Return how far a face alone lifts a magnet, and the derivatives by its place and turn."""
     apart, nothing = distance_of_nodes(face), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     height, radius = height_above(face, place), (row[RADIUS] if row[RADIUS] > 0.0 else apart)
-    if height - row[RADIUS] > REACH * apart:
+    if height <= 0.0 or height - row[RADIUS] > REACH * apart:
         return nothing
     beside, by_one, by_two = inside(face, place, radius)
     if beside == 0.0:
         return nothing
+    # It is 1 for what lies on the face, and falls where the center sinks below the plane.
+    front, rise, half = 1.0, 0.0, 0.5 * thickness_of(row)
+    if half > 0.0:
+        front, rise = step(height / half)
+        rise /= half
     gap, x, y, z = _gap(piece, face, row)
     width = wx = wy = wz = 0.0
     if int(row[KIND]) != POINT:
@@ -224,12 +230,14 @@ def _lift_from(piece, row, place, face):
         width, wx, wy, wz = width_across(row, nx, ny, nz)
         wx, wy, wz = to_piece(piece, wx, wy, wz)
     lifted, by_gap, by_width = height_of_lift(apart, gap, width)
-    a = _by_plane(face, x, y, z, beside * by_gap)
-    b = _by_plane(face, wx, wy, wz, beside * by_width)
-    axis, u, v = int(face[0, AXIS]), lifted * by_one, lifted * by_two
+    a = _by_plane(face, x, y, z, front * beside * by_gap)
+    b = _by_plane(face, wx, wy, wz, front * beside * by_width)
+    c = _by_plane(face, 0.0, 0.0, 0.0, rise * beside * lifted)
+    axis, u, v = int(face[0, AXIS]), front * lifted * by_one, front * lifted * by_two
     return (
-        beside * lifted, component(axis, 0, a[0], u, v), component(axis, 1, a[1], u, v),
-        component(axis, 2, a[2], u, v), a[3] + b[3], a[4] + b[4], a[5] + b[5],
+        front * beside * lifted, component(axis, 0, a[0] + c[0], u, v),
+        component(axis, 1, a[1] + c[1], u, v), component(axis, 2, a[2] + c[2], u, v),
+        a[3] + b[3], a[4] + b[4], a[5] + b[5],
     )  # fmt: skip
 
 
