@@ -28,7 +28,7 @@ from magmotor.mjcf.forces.iron_potentials import (
     set_all_lifts,
     thread,
 )
-from magmotor.mjcf.forces.lifts import wrench_of_lifted
+from magmotor.mjcf.forces.lifts import is_lifted, wrench_of_lifted
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
 from magmotor.mjcf.forces.shape_fields import dipole_at_dipole, set_dipole_fields
 from magmotor.mjcf.forces.shape_wrenches import (
@@ -120,7 +120,8 @@ def _add_magnets(state, piece, mirror, center, applied):
         if not (moves or on_it) or (row[WELD_OF_SHAPE] == piece[WELD] and mirror[0] == 0.0):
             continue
         shaped = acts_as_shape(row, piece, mirror)
-        if lifted:
+        lowered = lifted and is_lifted(row)
+        if lowered:
             lower_charges(room, count, piece, row)
         # If any magnet is lifted, all are in its image, and the wrench is about each of them.
         own = dipole_of(row)
@@ -138,7 +139,7 @@ def _add_magnets(state, piece, mirror, center, applied):
             body, moves, int(row[BODY_OF_SHAPE]), on_it,
             target, _with_images(wrench, mirror), mirror, 1.0, center, applied,
         )  # fmt: skip
-        if shaped or lifted:
+        if shaped or lowered:
             count = _charges(state, piece, mirror)
 
 
