@@ -19,6 +19,7 @@ import math
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.charge_pairs import add_potentials
+from magmotor.mjcf.forces.gaps import ONE, OTHER, energy_of_gaps, update_flux
 from magmotor.mjcf.forces.iron_pieces import (
     CHANGE,
     CHARGE,
@@ -26,15 +27,16 @@ from magmotor.mjcf.forces.iron_pieces import (
     ENERGY,
     EXTENT,
     MODE,
+    NET,
     OUTER,
     POTENTIAL,
-    RADIUS,
     RESPONSE,
     SATURATION,
     SUSCEPTIBILITY,
     center_of,
     dipole_of_piece,
     nodes_of,
+    radius_of_pair,
     reflected_center,
     response_rows,
 )
@@ -77,6 +79,12 @@ def charge_pieces(state):
                     largest = abs(own[CHARGE, k])
                 if not abs(own[CHANGE, k]) <= change:
                     change, worst = abs(own[CHANGE, k]), i
+        for k in range(len(state.gaps)):
+            gap = state.gaps[k]
+            _set_potential(state, int(gap[ONE]))
+            if gap[OTHER] >= 0.0:
+                _set_potential(state, int(gap[OTHER]))
+            change = max(change, abs(update_flux(state, gap)))
         if not largest < math.inf:
             break
         alone = len(state.pieces) == 1 and state.mirror[0] == 0.0
@@ -99,15 +107,10 @@ def _set_potential(state, i):
 
 
 @subroutine
-def radius_of_pair(piece, other):
-    """Return the radius of the balls of charge of two pieces in each other's field."""
-    a, b = piece[RADIUS], other[RADIUS]
-    return math.sqrt(0.5 * (a * a + b * b))
-
-
-@subroutine
 def are_far(piece, other, mirror):
     """Whether two pieces, or one and the other's image, are dipoles for each other."""
+    if piece[NET] != 0.0 or other[NET] != 0.0:
+        return False
     x, y, z = reflected_center(piece, mirror)
     u, v, w = center_of(other)
     distance = math.sqrt((x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w))
@@ -160,8 +163,14 @@ def set_charges(piece, own):
         for k in range(count):
             energy += charge[k] * own[POTENTIAL, k]
         piece[ENERGY] = 0.5 * energy / VACUUM_PERMEABILITY
+    equilibrium, net, mean = rows[4], piece[NET], 0.0
     for k in range(count):
+        mean += equilibrium[k] * own[POTENTIAL, k]
+        charge[k] += net * equilibrium[k]
         change[k] += charge[k]
+    numbers = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0]
+    mean += 0.5 * net / numbers[responses.CAPACITY]
+    piece[ENERGY] += net * mean / VACUUM_PERMEABILITY
 
 
 @subroutine
@@ -230,4 +239,4 @@ def iron_energy(state):
         for k in range(own.shape[1]):
             mutual += own[CHARGE, k] * (own[POTENTIAL, k] - own[OUTER, k])
         energy += state.pieces[i, ENERGY] - 0.5 * mutual / VACUUM_PERMEABILITY
-    return energy
+    return energy + energy_of_gaps(state)

@@ -20,12 +20,13 @@ GEOM, SUSCEPTIBILITY, SATURATION, POSITION, FRAME, EXTENT = 0, 1, 2, 3, 6, 15
 """Columns of a piece: its first geom, its material, its pose, and the radius of the sphere around
 it."""
 
-RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, COLUMNS = (
-    16, 17, 18, 19, 20, 21, 22, 23, 24
+RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, NET, THREADED, COLUMNS = (
+    16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26
 )  # fmt: skip
 """Further columns: the address of its response; its first node and how many there are; the radius
 of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; its
-energy in J in the potential of everything else; and how many columns there are."""
+energy in J in the potential of everything else; its net charge, see `gaps.py`; whether it is in the
+bore of a coil; and how many columns there are."""
 
 PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, ROWS = 0, 3, 4, 5, 6, 7, 8
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
@@ -89,6 +90,7 @@ def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
         row[RESPONSE], row[FIRST], row[COUNT] = address, first, words[responses.COUNT]
         row[RADIUS] = numbers[responses.RADIUS]
         row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
+        row[NET] = row[THREADED] = 0.0
         _place(nodes, row, words[responses.PADDED])
         first += words[responses.PADDED]
         count += 1
@@ -109,7 +111,7 @@ def _place(nodes, row, padded):
 
 @subroutine
 def response_rows(row, padded):
-    """Return the rows of a response: x y z of nodes, the slopes of modes, and the matrix."""
+    """Return the rows of a response: x y z of nodes, slopes, equilibrium, and the matrix."""
     rows = responses.ROWS + int(row[COUNT])
     return memory.numbers(int(row[RESPONSE]) + 8 * responses.START, rows, padded)
 
@@ -118,6 +120,13 @@ def response_rows(row, padded):
 def nodes_of(nodes, row):
     """Return the rows of the nodes of a piece, without gaps: vectors of LLVM need that."""
     return memory.numbers(nodes.ctypes.data + 8 * ROWS * int(row[FIRST]), ROWS, int(row[COUNT]))
+
+
+@subroutine
+def radius_of_pair(piece, other):
+    """Return the radius of the balls of charge of two pieces in each other's field."""
+    a, b = piece[RADIUS], other[RADIUS]
+    return math.sqrt(0.5 * (a * a + b * b))
 
 
 @subroutine

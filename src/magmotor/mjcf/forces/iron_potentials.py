@@ -20,6 +20,7 @@ from magmotor.mjcf.forces.iron_pieces import (
     nodes_of,
     reflected_center,
 )
+from magmotor.mjcf.forces.iron_pieces import THREADED as PIECE_THREADED
 from magmotor.mjcf.forces.lifts import is_lifted, set_lifts, to_world
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above, mirrored
 from magmotor.mjcf.forces.shape_distances import FAR, FAR_SPREAD, reach_of, squared_distance
@@ -154,10 +155,11 @@ def _add_magnets(state, piece, mirror, factor):
             for n in range(count):
                 x, y, z = in_frame(row, room[0, n], room[1, n], room[2, n])
                 room[0, n], room[1, n], room[2, n] = x, y, z
-            if threaded != INSIDE:
-                set_continued_potentials(room, count, row)
-            else:
+            if threaded == INSIDE:
+                piece[PIECE_THREADED] = 1.0
                 set_potentials_of_coil(room, count, row)
+            else:
+                set_continued_potentials(room, count, row)
         else:
             set_dipole_potentials(room, count, dipole_of(row))
         for n in range(count):
@@ -170,26 +172,27 @@ def _add_magnets(state, piece, mirror, factor):
 @subroutine
 def _add_field(state, piece, row, m, offsets):
     """Add the potential of an applied field to that at nodes; return whether it is finite."""
-    own = nodes_of(state.nodes, piece)
+    own, center = nodes_of(state.nodes, piece), center_of(piece)
     total = 0.0
     for k in range(own.shape[1]):
-        change = field_along_line(piece, own, k, row, m, offsets)[0]
+        node = own[0, k], own[1, k], own[2, k]
+        change = field_along_line(center, node, row, m, offsets)[0]
         own[OUTER, k] -= change
         total += change
     return math.isfinite(total)
 
 
 @subroutine
-def field_along_line(piece, own, k, row, m, offsets):
-    """Return the integral of a field from the center of a piece to a node, and its derivatives.
+def field_along_line(start, end, row, m, offsets):
+    """Return the integral of a field from one point to another, and its derivatives.
 
-    The derivatives are by the places of the node and of the center. They are exact for the same
+    The derivatives are by the places of the end and of the start. They are exact for the same
     points of quadrature, also where the interpolation of a table has a small curl.
     """
     numbers = numbers_of(int(row[NAME]), m, offsets)
     linear = len(numbers) <= GRADIENT
-    u, v, w = center_of(piece)
-    dx, dy, dz = own[0, k] - u, own[1, k] - v, own[2, k] - w
+    u, v, w = start
+    dx, dy, dz = end[0] - u, end[1] - v, end[2] - w
     total = nx = ny = nz = cx = cy = cz = 0.0
     segments = 1
     if not linear:

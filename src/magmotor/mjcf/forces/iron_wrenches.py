@@ -8,7 +8,8 @@ from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
 from magmotor.mjcf.forces.charge_pairs import set_fields
 from magmotor.mjcf.forces.face_images import add_images
-from magmotor.mjcf.forces.induction import are_far, radius_of_pair
+from magmotor.mjcf.forces.gaps import add_gap_wrenches
+from magmotor.mjcf.forces.induction import are_far
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     CHARGE,
@@ -18,6 +19,7 @@ from magmotor.mjcf.forces.iron_pieces import (
     center_of,
     dipole_of_piece,
     nodes_of,
+    radius_of_pair,
     reflected_center,
 )
 from magmotor.mjcf.forces.iron_potentials import (
@@ -64,6 +66,7 @@ def add_iron_wrenches(state, m, offsets, center, applied):
             row = state.fields[number]
             if acts_on(row, pieces[i, WELD], pieces[i, MOVES]):
                 _add_field(state, pieces[i], row, m, offsets, center, applied)
+    add_gap_wrenches(state, m, offsets, center, applied)
     return len(pieces)
 
 
@@ -168,17 +171,17 @@ def _add_pair(state, i, j, mirror, factor, center, applied):
 @subroutine
 def _add_field(state, piece, row, m, offsets, center, applied):
     """Add the wrench of an applied field on a piece, and the reaction on the body of the field."""
-    room, own = state.room, nodes_of(state.nodes, piece)
+    room, own, there = state.room, nodes_of(state.nodes, piece), center_of(piece)
     count = _charges(state, piece, NO_MIRROR)
     fx = fy = fz = 0.0
     for k in range(own.shape[1], count):
         room[4, k] = room[5, k] = room[6, k] = 0.0
     for k in range(own.shape[1]):
-        f = field_along_line(piece, own, k, row, m, offsets)
+        f = field_along_line(there, (own[0, k], own[1, k], own[2, k]), row, m, offsets)
         room[4, k], room[5, k], room[6, k] = f[1], f[2], f[3]
         charge = room[3, k] / VACUUM_PERMEABILITY
         fx, fy, fz = fx + charge * f[4], fy + charge * f[5], fz + charge * f[6]
-    target = (*center_of(piece), 0.0, 0.0, 0.0)
+    target = (*there, 0.0, 0.0, 0.0)
     wrench = wrench_of_charges(room, count, target)
     force = wrench[0] + fx, wrench[1] + fy, wrench[2] + fz
     change = (*force, wrench[3], wrench[4], wrench[5], 0.0)

@@ -35,6 +35,8 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
+from magmotor.mjcf.forces.gaps import COLUMNS as COLUMNS_OF_GAP
+from magmotor.mjcf.forces.gaps import PER_PIECE, find_gaps
 from magmotor.mjcf.forces.induction import charge_pieces
 from magmotor.mjcf.forces.iron_pieces import (
     COLUMNS,
@@ -65,7 +67,8 @@ class MagneticState(NamedTuple):
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `applied_fields.py`,
     `mirror` in `mirror.py`, `pieces` and `nodes` in `iron_pieces.py`, and `shapes` in
     `shaped_magnets.py`; `sources` are these and, near iron, rows of all dipoles; `room` has the
-    rows of `charges.py`, for the charges of a magnet or the nodes of a piece; `couplings` has rows
+    rows of `charges.py`, for the charges of a magnet or the nodes of a piece; `gaps` are those of
+    `gaps.py`; `couplings` has rows
     of two bodies and a factor, `scale` is that of the
     moments (see `model_numbers.py`), and `error` is for `report`.
     """
@@ -76,6 +79,7 @@ class MagneticState(NamedTuple):
     fields: Any
     pieces: Any
     nodes: Any
+    gaps: Any
     shapes: Any
     sources: Any
     room: Any
@@ -146,7 +150,7 @@ def _stack_words(sizes):
         ROWS * columns
         + 3 * sizes.couplings
         + applied.COLUMNS * sizes.fields
-        + COLUMNS * sizes.pieces
+        + (COLUMNS + COLUMNS_OF_GAP * PER_PIECE) * sizes.pieces
         + ROWS_OF_NODES * max(sizes.nodes, 0)
         + sizes.coils
         + COLUMNS_OF_SHAPE * _sources(sizes)
@@ -193,25 +197,27 @@ def _room(d, sizes):
     place += 8 * COLUMNS * sizes.pieces
     nodes = memory.numbers(place, ROWS_OF_NODES, max(sizes.nodes, 0))
     place += 8 * ROWS_OF_NODES * max(sizes.nodes, 0)
+    gaps = memory.numbers(place, PER_PIECE * sizes.pieces, COLUMNS_OF_GAP)
+    place += 8 * COLUMNS_OF_GAP * PER_PIECE * sizes.pieces
     drives = memory.numbers(place, 1, sizes.coils)[0]
     place += 8 * sizes.coils
     sources = memory.numbers(place, _sources(sizes), COLUMNS_OF_SHAPE)
     place += 8 * COLUMNS_OF_SHAPE * _sources(sizes)
     room = memory.numbers(place, ROWS_OF_CHARGES, sizes.room)
-    return table, boundary, couplings, fields, pieces, nodes, drives, sources, room
+    return table, boundary, couplings, fields, pieces, nodes, gaps, drives, sources, room
 
 
 @subroutine(forceinline=True)
 def read_dipoles(m, d, offsets, own, kinds):
     """Read dipoles and couplings only; the arguments are those of `read_state`."""
     sizes, scale = _sizes(own, kinds, 0, 0), moment_scale(own, m, offsets)
-    table, boundary, couplings, fields, pieces, nodes, drives, shapes, room = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, nodes, gaps, drives, shapes, room = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     magnets = gather(
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
     return MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, shapes, shapes, room,
+        table, magnets, couplings, fields, pieces, nodes, gaps, shapes, shapes, room,
         NO_MIRROR, scale, NO_ERROR,
     )  # fmt: skip
 
@@ -228,7 +234,7 @@ def read_state(m, d, offsets, own, kinds):
     find_responses(unions, own, m, offsets)
     nodes, largest = count_nodes(unions)
     sizes = _sizes(own, kinds, nodes, largest)
-    table, boundary, couplings, fields, pieces, nodes, drives, sources, room = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, nodes, gaps, drives, sources, room = _room(d, sizes)
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
     if sizes.coils > 0:
@@ -253,27 +259,24 @@ def read_state(m, d, offsets, own, kinds):
     if sizes.nodes < 0:
         error = UNANSWERED, unanswered_piece(unions, own), -1
     state = MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, shapes, sources, room,
+        table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room,
         mirror, scale, error,
     )  # fmt: skip
     if len(pieces) > 0 and error[0] < 0:
-        error = _magnetize(state, m, offsets)
+        error = set_outer_potentials(state, m, offsets)
+        gaps = gaps[: find_gaps(state, m, offsets) if error[0] < 0 else 0]
         state = MagneticState(
-            table, magnets, couplings, fields, pieces, nodes, shapes, sources, room,
+            table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room,
+            mirror, scale, error,
+        )  # fmt: skip
+        worst = charge_pieces(state) if error[0] < 0 else -1
+        if worst >= 0:
+            error = UNSOLVED, int(pieces[worst, GEOM]), -1
+        state = MagneticState(
+            table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room,
             mirror, scale, error,
         )  # fmt: skip
     return state
-
-
-@subroutine
-def _magnetize(state, m, offsets):
-    """Find the charges of iron; return an error."""
-    error = set_outer_potentials(state, m, offsets)
-    if error[0] < 0:
-        piece = charge_pieces(state)
-        if piece >= 0:
-            error = UNSOLVED, int(state.pieces[piece, GEOM]), -1
-    return error
 
 
 @subroutine

@@ -20,23 +20,27 @@ MATERIAL, PER_GEOM = 3, 7
 or 0 for an automatic one, and whether the material saturates; and for each geom, its type, its
 size, and its position."""
 
-NEXT, KEY, GEOMS, COUNT, PADDED, RADIUS, VOLUME, CENTER, EXTENT, FACES, FACE, START = (
-    0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13
+(
+    NEXT, KEY, GEOMS, COUNT, PADDED, RADIUS, VOLUME, CENTER, EXTENT, FACES, FACE, CAPACITY, POINTS,
+    POINT, START,
+) = (
+    0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13, 14, 15, 16
 )  # fmt: skip
 """Words of a response: the address of the next one; where the numbers above start, and for how many
 geoms; how many nodes there are, and that number padded to whole eights; the radius of the balls of
 charge at nodes; the volume; the center in the frame of the first geom, and the radius of a sphere
-around the nodes; how many rectangles of flat faces there are, and where they start; and where the
-rows x, y, z of the nodes and the slopes of modes start, which the matrix follows, or the modes if
-the material saturates."""
+around the nodes; how many rectangles of flat faces there are, and where they start; the capacity in
+m; how many points there are for gaps, and where they start; and where the rows x, y, z of the
+nodes, the slopes of modes and the equilibrium start, which the matrix follows, or the modes if the
+material saturates."""
 
-ROWS = 4
+ROWS = 5
 """Number of rows before the matrix."""
 
 BITS = 8
 """Responses are kept in 2^8 lists."""
 
-MARK = b"MAGIRON2"
+MARK = b"MAGIRON3"
 """The first eight bytes of a file of responses."""
 
 _lists = (ctypes.c_int64 * (1 << BITS))()
@@ -103,17 +107,21 @@ def _block(key: tuple[float, ...], response: Any) -> Any:
     count = len(response.points)
     padded = -(-count // 8) * 8
     face = START + (ROWS + count) * padded
-    start = face + response.faces.size
+    point = face + response.faces.size
+    start = point + response.gap_points.size
     words = np.zeros(start + len(key), np.int64)
     numbers = words.view(float)
     numbers[start:], words[KEY], words[GEOMS] = key, start, len(key) // PER_GEOM
     words[COUNT], words[PADDED] = count, padded
     numbers[RADIUS], numbers[VOLUME] = response.radius, response.volume
     numbers[CENTER:EXTENT], numbers[EXTENT] = response.center, response.extent
-    numbers[face:start] = response.faces.ravel()
+    numbers[CAPACITY] = response.capacity
+    words[POINTS], words[POINT] = response.gap_points.shape[1], point
+    numbers[face:point], numbers[point:start] = response.faces.ravel(), response.gap_points.ravel()
     words[FACES], words[FACE] = len(response.faces), face
     rows = numbers[START:face].reshape(ROWS + count, padded)
-    rows[:3, :count], rows[3, :count] = response.points.T, response.slopes
+    rows[:3, :count] = response.points.T
+    rows[3, :count], rows[4, :count] = response.slopes, response.equilibrium
     rows[ROWS:, :count] = response.modes if key[2] else response.matrix
     return words
 

@@ -144,6 +144,10 @@ class FlatNodes:
             start = end
         return matrix
 
+    def onto_surface(self, points: Array, normals: Array) -> tuple[Array, Array]:
+        """Move points (N, 3) on panels to the true surface, and return its normals there."""
+        return points, normals
+
 
 class RingNodes:
     """Nodes on rings about the z axis, as many on each as its length needs.
@@ -230,6 +234,17 @@ class CylinderNodes(RingNodes):
             segment[here] = number
         return self._interpolate(segment, along, np.arctan2(y, x))
 
+    def onto_surface(self, points: Array, normals: Array) -> tuple[Array, Array]:
+        """Move points (N, 3) on panels to the true surface, and return its normals there."""
+        r = np.hypot(points[:, 0], points[:, 1])
+        walls = np.array([each.lower[0] for each in self._rectangles if each.axis == 0])
+        nearest = walls[np.abs(r[:, None] - walls).argmin(axis=1)]
+        on_wall = np.abs(normals[:, 2:]) < 0.5
+        radial = points * [1, 1, 0] / r[:, None]
+        side = np.sign((radial * normals).sum(axis=1, keepdims=True))
+        moved = nearest[:, None] * radial + points * [0, 0, 1]
+        return np.where(on_wall, moved, points), np.where(on_wall, side * radial, normals)
+
 
 class CapsuleNodes(RingNodes):
     """Nodes on a capsule along z."""
@@ -252,6 +267,13 @@ class CapsuleNodes(RingNodes):
         along = np.where(segment == 1, (z / self._half_length + 1) / 2, along)
         return self._interpolate(segment, along, np.arctan2(y, x))
 
+    def onto_surface(self, points: Array, normals: Array) -> tuple[Array, Array]:
+        """Move points (N, 3) on panels to the true surface, and return its normals there."""
+        middle = np.clip(points * [0, 0, 1], -self._half_length, self._half_length)
+        normals = points - middle
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        return middle + self._radius * normals, normals
+
 
 class EllipsoidNodes(RingNodes):
     """Nodes on an ellipsoid, at even angles on the sphere that becomes it."""
@@ -269,3 +291,13 @@ class EllipsoidNodes(RingNodes):
         x, y, z = (points / self._axes).T
         along = np.arctan2(np.hypot(x, y), z) / np.pi
         return self._interpolate(np.zeros(len(x), dtype=int), along, np.arctan2(y, x))
+
+    def onto_surface(self, points: Array, normals: Array) -> tuple[Array, Array]:
+        """Move points (N, 3) on panels to the true surface, and return its normals there."""
+        points = points / np.linalg.norm(points / self._axes, axis=1, keepdims=True)
+        normals = points / self._axes**2
+        return points, normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+Nodes = FlatNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
+"""What a response needs to know of its surface."""

@@ -21,19 +21,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import cholesky, eigh, solve_triangular
+from scipy.linalg import cho_factor, cho_solve, cholesky, eigh, solve_triangular
 from threadpoolctl import threadpool_limits
 
 from magmotor.common.arrays import Array
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY, demagnetizing_factors
 from magmotor.numerics.iron import meshes
 from magmotor.numerics.iron.coulomb import RULE_OF_SEVEN, mutual_energies
+from magmotor.numerics.iron.gap_points import gap_points
 from magmotor.numerics.iron.interior import neumann_to_dirichlet, neumann_to_dirichlet_of_box
 from magmotor.numerics.iron.nodes import (
     CapsuleNodes,
     CylinderNodes,
     EllipsoidNodes,
     FlatNodes,
+    Nodes,
     RingNodes,
 )
 from magmotor.numerics.iron.unions import Union
@@ -47,13 +49,11 @@ NODES = 96
 CLOSED = 1e-6
 """Gaps narrower than this, over half of the size, are none."""
 
-RADIUS = 0.5
+RADIUS = 0.6
 """Radius of the balls of charge at the nodes, over the distance of nodes."""
 
 SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 2, 3, 4, 5, 6
 """mjGEOM_SPHERE and so on."""
-
-Nodes = FlatNodes | CapsuleNodes | CylinderNodes | EllipsoidNodes
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,12 @@ class Response:
         The flat faces; see `nodes.face` and `nodes.with_depths`.
     center : ndarray, shape (3,)
         Where the origin of the piece's frame is, in m, in the frame in which it was described.
+    equilibrium : ndarray, shape (K,)
+        How a net charge of 1 is distributed, over the nodes, if the potential is uniform.
+    capacity : float
+        That charge over the potential, in m.
+    gap_points : ndarray, shape (6, G)
+        Points on the surface and area vectors; see `gap_points.py`.
     """
 
     points: Array
@@ -92,6 +98,9 @@ class Response:
     radius: float
     faces: Array
     center: Array
+    equilibrium: Array
+    capacity: float
+    gap_points: Array
 
     @property
     def extent(self) -> float:
@@ -308,10 +317,11 @@ def _response(
     Charges of zero sum are those of all panels but the last, which takes the rest. The matrix is
     positive for a positive susceptibility and negative for a negative one: G is above P.
     """
-    panels, _ = meshes.panels(cells)
-    inside = _of_zero_sum(interior)
-    form = _of_zero_sum(mutual_energies(panels)) + inside / susceptibility
+    panels, vectors = meshes.panels(cells)
+    inside, mutual = _of_zero_sum(interior), mutual_energies(panels)
+    form = _of_zero_sum(mutual) + inside / susceptibility
     means = panel_means(panels, nodes)
+    net = cho_solve(cho_factor(mutual, lower=True), np.ones(len(panels)))
     sign = math.copysign(1.0, susceptibility)
     lower = cholesky(sign * form, lower=True)
     half = solve_triangular(lower, means[:-1] - means[-1], lower=True)
@@ -321,7 +331,8 @@ def _response(
     found = Response(
         nodes.points, sign * half.T @ half, modes, slopes,
         float(meshes.outward(cells)[2].sum()), susceptibility, RADIUS * spacing,
-        nodes.faces, np.asarray(center),
+        nodes.faces, np.asarray(center), net @ means / net.sum(), float(net.sum()),
+        gap_points(panels, vectors, nodes),
     )  # fmt: skip
     if isinstance(nodes, FlatNodes) and len(nodes.faces) > 6:
         return found  # a union of boxes may be magnetized obliquely
