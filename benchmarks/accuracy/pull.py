@@ -138,13 +138,14 @@ def _published() -> Iterator[Case]:
 def _judged() -> Iterator[Case]:
     """Yield what no vendor was found to publish; sizes are in mm."""
     small, large = ("cylinder", (10.0, 3.0)), ("cylinder", (20.0, 5.0))
+    flat = "cylinder", (25.4, 3.175)
     in_pot = (round(16 * SQUARE, 2), round(16 * SQUARE, 2), 4.5)
     yield Case("cuboid", (20.0, 10.0, 5.0), "N38", "twin")
     for gap in (0.001, 0.002, 0.005):
         yield Case(*small, "N42", gap=gap)
     for magnet, thickness, force, why in (
-        (small, 0.001, 19.22, ""), (small, 0.0005, 11.77, "saturation"),
-        (large, 0.002, 71.59, ""), (large, 0.001, 46.25, "saturation"),
+        (small, 0.001, 19.22, ""), (small, 0.0005, 11.77, ""), (large, 0.002, 71.59, ""),
+        (large, 0.001, 46.25, ""), (large, 0.0005, 23.09, ""), (flat, 0.0003, 12.64, "saturation"),
     ):  # fmt: skip
         yield Case(*magnet, "N42", "sheet", PAINT, thickness, elements=force, why=why)
     for gap, force, on_plane in ((PAINT, 192.4, "iron meets iron"), (0.002, 23.51, "")):

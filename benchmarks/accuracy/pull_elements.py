@@ -127,8 +127,12 @@ def pull(disk, remanence, gap, steel, cup=(), recoil=1.0):
 def show() -> None:
     """Print the forces on sheets, on thick steel with the recoil of magnets, and of a pot."""
     small, large, in_pot = (0.005, 0.003), (0.01, 0.005), (0.008, 0.0045)
+    flat = 0.0127, 0.003175
     pot = [(0, 0.01, 0.0045, 0.006), (0.0085, 0.01, 0, 0.0045)]
-    for disk, steel in ((small, 0.001), (small, 0.0005), (large, 0.002), (large, 0.001)):
+    for disk, steel in (
+        (small, 0.001), (small, 0.0005), (large, 0.002), (large, 0.001), (large, 0.0005),
+        (flat, 0.0003),
+    ):  # fmt: skip
         print(disk, f"on {steel} m: {pull(disk, 1.3, PAINT, steel):.2f} N", flush=True)
     for recoil in (1.0, 1.05):
         force = pull(small, 1.3, PAINT, THICK, recoil=recoil)

@@ -211,6 +211,12 @@ def test_how_magnets_and_iron_are_described():
     ]
 
 
+def test_iron_that_saturates_is_less_right_as_a_sheet():
+    sheet = BLOCK.replace(".01", ".0005")
+    model = load(sheet + free(DISK.format(0), "0 0 .004"), steel="1000 1.7e6")
+    assert "right to 1 % on a face, to 20 % on a sheet that they saturate" in notes_of(model)[-1]
+
+
 def test_what_cannot_touch_is_described_briefly():
     slide = '<body pos="0 0 {}"><joint type="slide" axis="1 0 0"/>{}</body>'
     iron = slide.format(0, '<geom name="block" size=".01"/>')

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.accuracy.pull import CASES, pull, row
 
 PAGE = Path(__file__).parents[2] / "docs" / "pull_forces.md"
-WRONG = ("saturation", "iron meets iron")
+WRONG = "iron meets iron"
 """What the model does not compute; the table says how wrong it is."""
 
 
@@ -33,6 +33,7 @@ def test_pull_on_thick_steel_and_of_pairs(case):
 
 @cases(by_elements=True)
 def test_pull_on_sheets_and_of_a_pot(case):
-    if case.why not in WRONG:
-        assert pull(case) == pytest.approx(case.right, rel=0.06)  # 0.039
+    if case.why != WRONG:
+        rel = 0.15 if case.why == "saturation" else 0.06  # 0.098, 0.039
+        assert pull(case) == pytest.approx(case.right, rel=rel)
     assert cells(case) == row(case)

@@ -106,11 +106,14 @@ def _iron(model: mujoco.MjModel, geom: int, address: int, others: list[Magnet]) 
     """Say how a piece of iron is described, whose response is at an address."""
     count = c_int64.from_address(address + 8 * responses.COUNT).value
     distance = 2 * c_double.from_address(address + 8 * responses.RADIUS).value
+    key = address + 8 * c_int64.from_address(address + 8 * responses.KEY).value
+    saturates = c_double.from_address(key + 8 * responses.SATURATES).value != 0.0
     said = f"is iron: {count} nodes about {distance:.2g} m apart, for about"
     said += f" {max(1, round(QUADRATIC * count**2))} us per step"
     if any(other.strengths.any() for other in others):
         flat = model.geom_type[geom] in (BOX, CYLINDER)
-        error = "1 % on a face, but to half near its edges" if flat else "14 %"
+        thin = ", to 20 % on a sheet that they saturate" if saturates else ""
+        error = f"1 % on a face{thin}, but to half near its edges" if flat else "14 %"
         said += (
             f"; in contact with magnets, forces are right to {error}, for about {FACING} us each"
         )

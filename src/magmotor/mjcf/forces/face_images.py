@@ -70,14 +70,19 @@ APART = 0.1
 
 
 @subroutine
-def add_images(piece, rows, room, wanted):
-    """Write the wrenches of images on magnets near a piece to their rows, or return the energy.
-
-    The lifts are known; see `lifts.set_lifts`. There are no wrenches if the energy is `wanted`.
-    """
+def clear_wrenches(rows):
+    """Set the wrenches of images on magnets to zero."""
     for k in range(len(rows)):
         for i in range(WRENCH, PUSH + 3):
             rows[k, i] = 0.0
+
+
+@subroutine
+def add_images(piece, rows, room, wanted):
+    """Add the wrenches of images on magnets near a piece to their rows, and return the energy.
+
+    The lifts are known; see `lifts.set_lifts`. There are no wrenches if the energy is `wanted`.
+    """
     faces, energy, first = faces_of(piece), 0.0, 0
     while first < len(faces):
         one, second = face_from(faces, first), first

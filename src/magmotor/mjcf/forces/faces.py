@@ -170,8 +170,28 @@ def weight_on(face, place, radius):
 
 
 @subroutine
+def cover(face, one, two, width):
+    """Return what is 1 on a face and falls to 0 beside it within a width, and its slopes.
+
+    The place is given along the two next axes.
+    """
+    axis, total, by_one, by_two = int(face[0, AXIS]), 0.0, 0.0, 0.0
+    place = (
+        component(axis, 0, 0.0, one, two), component(axis, 1, 0.0, one, two),
+        component(axis, 2, 0.0, one, two),
+    )  # fmt: skip
+    for k in range(len(face)):
+        u, du, dv, _ = _window(face[k], place, width, 0.0)
+        total, by_one, by_two = total + u, by_one + du, by_two + dv
+    return total, by_one, by_two
+
+
+@subroutine
 def _window(rectangle, place, width, height):
-    """Return a weight over a rectangle, its derivatives along the next axes, and by the height."""
+    """Return a weight over a rectangle, its derivatives along the next axes, and by the height.
+
+    Without a height, no edge counts as free.
+    """
     axis, free = int(rectangle[AXIS]), FREE
     b = place[(axis + 1) % 3] - rectangle[CENTER]
     c = place[(axis + 2) % 3] - rectangle[CENTER + 1]
@@ -193,9 +213,10 @@ def _window(rectangle, place, width, height):
 def _inside(beyond, free, width, height):
     """Return a weight that falls beyond an edge, and the derivatives by that and by the height.
 
-    At a free edge, it depends on the angle; at others, the weights on both sides have the sum 1.
+    At a free edge, it depends on the angle; at others, or without a height, the weights on both
+    sides have the sum 1.
     """
-    if free == 0.0:
+    if free == 0.0 or height == 0.0:
         inside, slope = step(0.5 - beyond / width)
         return inside, -slope / width, 0.0
     square = beyond * beyond + height * height

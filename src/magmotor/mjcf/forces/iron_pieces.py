@@ -28,9 +28,10 @@ of the balls of charge; its body, the rigid body of that, and the degrees of fre
 energy in J in the potential of everything else; its net charge, see `gaps.py`; whether it is in the
 bore of a coil; and how many columns there are."""
 
-PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, ROWS = 0, 3, 4, 5, 6, 7, 8
+PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, MAGNETS, ANSWER, ROWS = 0, 3, 4, 5, 6, 7, 8, 9, 10
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
-charges in T m^2; a row for their change; and one for the modes of a saturating material.
+charges in T m^2; a row for their change; one for the modes of a saturating material; and, if it
+saturates, the potential of magnets alone, and the charges in that near sheets.
 
 Potentials and charges are divided by the scale of moments, as polarizations are."""
 

@@ -15,7 +15,9 @@ from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     EXTENT,
     GEOM,
+    MAGNETS,
     OUTER,
+    SATURATION,
     center_of,
     nodes_of,
     reflected_center,
@@ -166,6 +168,8 @@ def _add_magnets(state, piece, mirror, factor):
             own[OUTER, n] += factor * room[4, n]
         if shaped or lifted:
             place_charges(room, own, mirror)
+    if mirror[0] == 0.0 and piece[SATURATION] > 0.0:
+        own[MAGNETS] = own[OUTER]
     return -1
 
 

@@ -7,10 +7,11 @@ applied fields and images at its node, and the reaction acts on the source, at t
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
 from magmotor.mjcf.forces.charge_pairs import set_fields
-from magmotor.mjcf.forces.face_images import add_images
+from magmotor.mjcf.forces.face_images import add_images, clear_wrenches
 from magmotor.mjcf.forces.gaps import add_gap_wrenches
 from magmotor.mjcf.forces.induction import are_far
 from magmotor.mjcf.forces.iron_pieces import (
+    ANSWER,
     BODY,
     CHARGE,
     MOVES,
@@ -43,6 +44,7 @@ from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import MOVES as SHAPE_MOVES
 from magmotor.mjcf.forces.shaped_magnets import THREADED, dipole_of
 from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
+from magmotor.mjcf.forces.sheets import blend, saturate
 from magmotor.mjcf.forces.threaded_iron import INSIDE, WIDE
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
@@ -71,25 +73,30 @@ def add_iron_wrenches(state, m, offsets, center, applied):
 
 
 @subroutine
-def energy_of_images(state):
-    """Return the energy by which images in flat faces differ from what nodes resolve."""
-    energy = 0.0
+def energy_of_faces(state):
+    """Return the energy by which images in flat faces, and sheets, differ from nodes."""
+    energy, rows, room = 0.0, state.sources, state.room
     for i in range(len(state.pieces)):
-        if set_all_lifts(state, state.pieces[i]):
-            energy += add_images(state.pieces[i], state.sources, state.room, True)
+        piece = state.pieces[i]
+        lifted = set_all_lifts(state, piece)
+        images = add_images(piece, rows, room, True) if lifted else 0.0
+        energy += images + blend(piece, nodes_of(state.nodes, piece), rows, room, images, True)[2]
     return energy
 
 
 @subroutine
-def _charges(state, piece, mirror):
+def _charges(state, piece, mirror, change):
     """Write the charges of a piece to the room, reflected if there is a mirror.
 
-    Returns how many there are, with zeros up to a multiple of eight.
+    Those in the field of magnets alone count more by `change`. Returns how many there are, with
+    zeros up to a multiple of eight.
     """
     own, room = nodes_of(state.nodes, piece), state.room
     count = place_charges(room, own, mirror)
     for k in range(count):
         room[3, k] = own[CHARGE, k]
+    for k in range(count if change != 0.0 else 0):
+        room[3, k] += change * own[ANSWER, k]
     return pad_charges(room, count)
 
 
@@ -113,10 +120,13 @@ def _add_magnets(state, piece, mirror, center, applied):
     room, rows = state.room, state.sources
     there = reflected_center(piece, mirror)
     body, moves = int(piece[BODY]), piece[MOVES] > 0.0
-    lifted = mirror[0] == 0.0 and set_all_lifts(state, piece)
-    if lifted:
-        add_images(piece, rows, room, False)
-    count = _charges(state, piece, mirror)
+    lifted, change = mirror[0] == 0.0 and set_all_lifts(state, piece), 0.0
+    if mirror[0] == 0.0:
+        clear_wrenches(rows)
+        images = add_images(piece, rows, room, False) if lifted else 0.0
+        change = saturate(piece, nodes_of(state.nodes, piece), rows, room, images) - 1.0
+        lifted = lifted or change != 0.0
+    count = _charges(state, piece, mirror, change)
     for k in range(len(rows)):
         row = rows[k]
         on_it = row[SHAPE_MOVES] > 0.0
@@ -143,7 +153,7 @@ def _add_magnets(state, piece, mirror, center, applied):
             target, _with_images(wrench, mirror), mirror, 1.0, center, applied,
         )  # fmt: skip
         if shaped or lowered:
-            count = _charges(state, piece, mirror)
+            count = _charges(state, piece, mirror, change)
 
 
 @subroutine
@@ -157,7 +167,7 @@ def _add_pair(state, i, j, mirror, factor, center, applied):
             own = mirrored(mirror, own)
         wrench = dipole_at_dipole(own, source)[:6]
     else:
-        count = _charges(state, piece, mirror)
+        count = _charges(state, piece, mirror, 0.0)
         others = nodes_of(state.nodes, other)
         set_fields(room, count, others, others[CHARGE], radius_of_pair(piece, other))
         wrench = wrench_of_charges(room, count, there)
@@ -172,7 +182,7 @@ def _add_pair(state, i, j, mirror, factor, center, applied):
 def _add_field(state, piece, row, m, offsets, center, applied):
     """Add the wrench of an applied field on a piece, and the reaction on the body of the field."""
     room, own, there = state.room, nodes_of(state.nodes, piece), center_of(piece)
-    count = _charges(state, piece, NO_MIRROR)
+    count = _charges(state, piece, NO_MIRROR, 0.0)
     fx = fy = fz = 0.0
     for k in range(own.shape[1], count):
         room[4, k] = room[5, k] = room[6, k] = 0.0

@@ -18,7 +18,7 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
 from magmotor.mjcf.forces.induction import iron_energy
-from magmotor.mjcf.forces.iron_wrenches import energy_of_images
+from magmotor.mjcf.forces.iron_wrenches import energy_of_faces
 from magmotor.mjcf.forces.mirror import NOTHING, mirrored
 from magmotor.mjcf.forces.shape_fields import dipole_at_dipole
 from magmotor.mjcf.forces.shape_wrenches import add_shape_corrections
@@ -35,7 +35,7 @@ def energy_of(state, m, offsets):
     table, magnets = state.table, state.magnets
     energy = 0.0
     if len(state.pieces) > 0:
-        energy = iron_energy(state) + energy_of_images(state)
+        energy = iron_energy(state) + energy_of_faces(state)
     for k in range(magnets.number):
         first, last = int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])
         if magnets.iron <= first < magnets.shaped:

@@ -15,7 +15,7 @@ from magmotor.numerics import c_types as types
 from magmotor.numerics.deferred import External, subroutine
 from magmotor_plugin.c_callbacks import interrupted, returning
 
-MATERIAL, PER_GEOM = 3, 7
+SATURATES, MATERIAL, PER_GEOM = 2, 3, 7
 """Numbers on which a response depends: the susceptibility, the largest distance between nodes in m,
 or 0 for an automatic one, and whether the material saturates; and for each geom, its type, its
 size, and its position."""

@@ -20,14 +20,17 @@ polarization in T in its frame, divided by the scale of moments; its center; and
 row."""
 
 RADIUS, SPREAD, MOMENT, BODY, WELD, MOVES, MESH_COLUMNS = 20, 21, 22, 25, 26, 27, 28
-EXCESS, COIL, THREADED, LIFT, WRENCH, PUSH, COLUMNS = 32, 35, 36, 37, 40, 46, 49
+EXCESS, COIL, THREADED, LIFT, WRENCH, PUSH, SHEET, NEAR, FADE, COLUMNS = (
+    32, 35, 36, 37, 40, 46, 49, 55, 56, 57
+)  # fmt: skip
 """Further columns: the radius of the sphere around it; the largest difference of its second
 moments; its moment along the axes of the world; its body, the rigid body of that, and the degrees
 of freedom of that; the addresses and numbers of the vertices and faces of a mesh, as bits; the
 roots of what its second moments exceed the smallest one by; 1 if a coil drives it; what a piece of
 iron is to that coil, see `threaded_iron.py`; how far it is lifted near a face of the piece, the
 force and torque in images there, and the force on it where it is lifted, for which see `lifts.py`;
-and how many columns there are."""
+the force and torque in sheets, how near it is to one, and the derivative of the energy by that, for
+which see `sheets.py`; and how many columns there are."""
 
 POINT = -1
 """Stands for the geom and the type of a dipole that has a row among magnets by their geom."""
