@@ -31,6 +31,9 @@ ACTUATOR, SENSOR, PASSIVE = 1, 1 << 1, 1 << 2
 ACCELERATION_STAGE = 3
 """mjSTAGE_ACC, which finite differences with respect to controls repeat."""
 
+PROBED = 3
+"""Numbers of the state of a model without code, whose layout is to be seen."""
+
 FAILED = -1
 """Result of `init` for which MuJoCo raises an error."""
 
@@ -62,7 +65,8 @@ class Plugin(ctypes.Structure):
         ("copy", ctypes.c_void_p),
         ("reset", ctypes.c_void_p),
         ("compute", ctypes.c_void_p),
-        ("unused", ctypes.c_void_p * 9),  # functions for other kinds of plugins
+        ("advance", ctypes.c_void_p),
+        ("unused", ctypes.c_void_p * 8),  # functions for other kinds of plugins
     ]
 
 
@@ -202,8 +206,11 @@ class _Code:
         @called_by_c
         def nstate(model, instance):
             """Load the compiled code, since this is the first function that MuJoCo calls."""
-            self.ensure_loaded()
-            return 0
+            if not self.ensure_loaded() or self._name != FORCES:
+                return 0
+            if not self._loaded:
+                return PROBED
+            return _NSTATE(self._table().nstate)(model, instance)
 
         @_INIT
         @called_by_c
@@ -231,7 +238,7 @@ class _Code:
 @_RESET
 @called_by_c
 def _reset(model, state, data, instance):
-    """Required by MuJoCo; the plugins have no state."""
+    """Required by MuJoCo; nothing has been loaded that has a state."""
 
 
 @_NSENSORDATA

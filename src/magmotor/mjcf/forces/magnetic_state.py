@@ -8,7 +8,15 @@ import numpy as np
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.declarations import table as declared
-from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
+from magmotor.mjcf.declarations.marks import (
+    COILS,
+    COUPLINGS,
+    DIPOLES,
+    FIELDS,
+    HYSTERESIS,
+    IRON,
+    SHAPES,
+)
 from magmotor.mjcf.declarations.model_numbers import moment_scale
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE, UNANSWERED, UNSOLVED
@@ -35,6 +43,8 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
+from magmotor.mjcf.forces.hysteresis import COLUMNS as COLUMNS_OF_MEMORY
+from magmotor.mjcf.forces.hysteresis import set_moments
 from magmotor.mjcf.forces.induction import charge_pieces
 from magmotor.mjcf.forces.iron_pieces import (
     COLUMNS,
@@ -66,8 +76,8 @@ class MagneticState(NamedTuple):
     `mirror` in `mirror.py`, `pieces` and `nodes` in `iron_pieces.py`, and `shapes` in
     `shaped_magnets.py`; `sources` are these and, near iron, rows of all dipoles; `room` has the
     rows of `charges.py`, for the charges of a magnet or the nodes of a piece; `couplings` has rows
-    of two bodies and a factor, `scale` is that of the
-    moments (see `model_numbers.py`), and `error` is for `report`.
+    of two bodies and a factor, `memories` those of `hysteresis.py`, `scale` is that of the moments
+    (see `model_numbers.py`), and `error` is for `report`.
     """
 
     table: Any
@@ -79,6 +89,7 @@ class MagneticState(NamedTuple):
     shapes: Any
     sources: Any
     room: Any
+    memories: Any
     mirror: tuple[float, float, float, float, float]
     scale: float
     error: tuple[int, int, int]
@@ -96,6 +107,7 @@ class Sizes(NamedTuple):
     shapes: int
     nodes: int
     room: int
+    memories: int
 
 
 @subroutine
@@ -123,6 +135,7 @@ def _sizes(table, kinds, nodes, largest):
         shapes,
         nodes,
         max(largest, MOST if shapes > 0 else 0),
+        len(declared.memories(table)) if kinds & HYSTERESIS and count > 0 else 0,
     )
 
 
@@ -151,6 +164,7 @@ def _stack_words(sizes):
         + sizes.coils
         + COLUMNS_OF_SHAPE * _sources(sizes)
         + ROWS_OF_CHARGES * sizes.room
+        + COLUMNS_OF_MEMORY * sizes.memories
     )
 
 
@@ -198,20 +212,24 @@ def _room(d, sizes):
     sources = memory.numbers(place, _sources(sizes), COLUMNS_OF_SHAPE)
     place += 8 * COLUMNS_OF_SHAPE * _sources(sizes)
     room = memory.numbers(place, ROWS_OF_CHARGES, sizes.room)
-    return table, boundary, couplings, fields, pieces, nodes, drives, sources, room
+    place += 8 * ROWS_OF_CHARGES * sizes.room
+    memories = memory.numbers(place, sizes.memories, COLUMNS_OF_MEMORY)
+    return table, boundary, couplings, fields, pieces, nodes, drives, sources, room, memories
 
 
 @subroutine(forceinline=True)
 def read_dipoles(m, d, offsets, own, kinds):
     """Read dipoles and couplings only; the arguments are those of `read_state`."""
     sizes, scale = _sizes(own, kinds, 0, 0), moment_scale(own, m, offsets)
-    table, boundary, couplings, fields, pieces, nodes, drives, shapes, room = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, nodes, drives, shapes, room, memories = _room(
+        d, sizes
+    )
     read_couplings(couplings, own, m, offsets)
     magnets = gather(
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
     return MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, shapes, shapes, room,
+        table, magnets, couplings, fields, pieces, nodes, shapes, shapes, room, memories,
         NO_MIRROR, scale, NO_ERROR,
     )  # fmt: skip
 
@@ -228,7 +246,9 @@ def read_state(m, d, offsets, own, kinds):
     find_responses(unions, own, m, offsets)
     nodes, largest = count_nodes(unions)
     sizes = _sizes(own, kinds, nodes, largest)
-    table, boundary, couplings, fields, pieces, nodes, drives, sources, room = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, nodes, drives, sources, room, memories = _room(
+        d, sizes
+    )
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
     if sizes.coils > 0:
@@ -253,16 +273,17 @@ def read_state(m, d, offsets, own, kinds):
     if sizes.nodes < 0:
         error = UNANSWERED, unanswered_piece(unions, own), -1
     state = MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, shapes, sources, room,
+        table, magnets, couplings, fields, pieces, nodes, shapes, sources, room, memories,
         mirror, scale, error,
     )  # fmt: skip
-    if len(pieces) > 0 and error[0] < 0:
+    if error[0] < 0 and len(pieces) > 0:
         error = _magnetize(state, m, offsets)
-        state = MagneticState(
-            table, magnets, couplings, fields, pieces, nodes, shapes, sources, room,
-            mirror, scale, error,
-        )  # fmt: skip
-    return state
+    elif error[0] < 0 and len(memories) > 0:  # iron must not act, too
+        error = set_moments(state, own, m, d, offsets)
+    return MagneticState(
+        table, magnets, couplings, fields, pieces, nodes, shapes, sources, room, memories,
+        mirror, scale, error,
+    )  # fmt: skip
 
 
 @subroutine
