@@ -130,6 +130,7 @@ class _Code:
         self._lock = threading.Lock()
         self.loading = self._loaded = False
         self._failed = ""  # or why nothing could be loaded
+        self._nstate: Any = lambda model, instance: 0
 
     def ensure_loaded(self) -> bool:
         """Load the code once; return whether that has not failed.
@@ -166,7 +167,10 @@ class _Code:
     def _load(self) -> None:
         try:
             for member, function in callbacks().compiled_plugin(self._name).items():
-                setattr(self._table(), member, function.address)
+                if member == "nstate":  # the stub calls it, since it also serves probes
+                    self._nstate = _NSTATE(function.address)
+                else:
+                    setattr(self._table(), member, function.address)
             self._loaded = True
         except KeyboardInterrupt:
             pass
@@ -206,11 +210,10 @@ class _Code:
         @called_by_c
         def nstate(model, instance):
             """Load the compiled code, since this is the first function that MuJoCo calls."""
-            if not self.ensure_loaded() or self._name != FORCES:
-                return 0
-            if not self._loaded:
+            if getattr(_this_thread, "probes", False):
                 return PROBED
-            return _NSTATE(self._table().nstate)(model, instance)
+            self.ensure_loaded()
+            return self._nstate(model, instance)
 
         @_INIT
         @called_by_c

@@ -61,10 +61,6 @@ MODEL = """
     <tuple name="conductor of the room">
       <element objtype="numeric" objname="metal"/><element objtype="geom" objname="floor"/>
     </tuple>
-    <numeric name="loop" data="12 0.2"/>
-    <tuple name="hysteresis of the needle">
-      <element objtype="site" objname="third"/><element objtype="numeric" objname="loop"/>
-    </tuple>
     <tuple name="unrelated"><element objtype="body" objname="ball"/></tuple>
   </custom>
   <worldbody>
@@ -186,9 +182,7 @@ def test_it_is_what_a_plain_reading_of_names_finds():
         of_table.CONDUCTORS: [
             (number["tuple"]("conductor of the room"), geom("floor"), number["numeric"]("metal"))
         ],
-        of_table.MEMORIES: [
-            (number["tuple"]("hysteresis of the needle"), number["numeric"]("loop"), site("third"))
-        ],
+        of_table.MEMORIES: [],  # which must not be where iron is
         of_table.MAGNETOMETERS: [(0, 1, site("probe"), 0)],
     }  # fmt: skip
     assert {*expected} == {*range(len(of_table.SECTIONS))}

@@ -8,6 +8,7 @@ import copy
 import math
 
 import mujoco
+import mujoco.rollout
 import numpy as np
 import pytest
 from refusals import misdeclared, refused
@@ -155,10 +156,35 @@ def test_what_motion_loses_is_heat():
             kinetic = 0.5 / 6 * 0.1**2 * data.qvel[0] ** 2
             total.append(kinetic + mm.magnetic_energy(model, data) + heat)
             mujoco.mj_step(model, data)
+            assert data.plugin_state[0] == now  # whatever the stages of RK4 have seen
         lost.append(np.ptp(total))
         assert heat > 1e-8
     assert lost[0] < 1e-3 * heat  # 8e-5
     assert lost[1] < lost[0] / 3
+
+
+BAR = '<site pos=".03 0 .01" zaxis="1 0 1" user=".3"/>'
+
+
+def test_a_rod_feels_the_magnets_of_its_own_body():
+    """And fields that are fixed to it, but no other rods; the energy has them, too."""
+    twin = '<site name="twin" pos="0 .001 0" zaxis="1 0 0" user="1"/>'
+    bar = '<site pos=".1 0 0" zaxis="1 0 0" user=".5"/></body>'
+    bodies = SATELLITE.replace("<site", f"{twin}<site").replace("</body>", bar)
+    fixed = """
+    <numeric name="field_of_coil" data="2e-5 0 0"/>
+    <tuple name="field"><element objtype="numeric" objname="field_of_coil"/>
+      <element objtype="body" objname="satellite"/></tuple>"""
+    model, data = loaded(bodies, ("rod", "twin"), field="0 0 1e-5", more=fixed)
+    mujoco.mj_forward(model, data)
+    own = MU0 * 0.5 / (2 * math.pi * 0.1**3) + 2e-5
+    play = own - B_C
+    assert data.plugin_state[3] == pytest.approx(play, rel=5e-11, abs=0)  # 2e-12
+    moment = moment_of(play)
+    model.site_user[0] = 0.0
+    energy = stored(moment) - moment * own
+    assert mm.magnetic_energy(model, data) == pytest.approx(energy, rel=5e-11, abs=0)
+    assert not data.qfrc_passive.any()
 
 
 def crowd():
@@ -168,8 +194,9 @@ def crowd():
     )
     rod = '<site name="{}" pos=".002 .001 0" zaxis="1 2 0" user="{}"/>'
     disk = '<geom type="cylinder" size=".01 .003" user="0 .1 1.2" contype="0" mass=".01"/>'
+    rods = rod.format("rod", MOMENT) + rod.format("more", 2e-3)
     return "".join((
-        free.format("0 0 0", "1 .2 .3 .1", rod.format("rod", MOMENT) + rod.format("more", 2e-3)),
+        free.format("0 0 0", "1 .2 .3 .1", rods + BAR),
         free.format(".02 .01 .015", ".2 1 .3 .1", rod.format("other", -MOMENT)),
         free.format(".01 -.02 .02", "1 0 .3 .1", disk),
         free.format("-.03 .01 .02", "1 0 .3 .1", '<site user="1e-3"/>'),
@@ -183,17 +210,20 @@ def test_forces_are_the_derivatives_of_the_least_energy():
         field="1e-5 2e-5 0 1e-3 0 2e-3 0 0", loop="2000 0.3",
     )  # fmt: skip
     coercivity, knee = MU0 * 2000, MU0 * 2000 * math.sqrt(1 / 0.09 - 1)
-    saturation = np.abs(model.site_user[:3, 0])
-    data.plugin_state[0:6:2] = before = np.array([1e-3, -2e-3, 3e-3])
+    sites = np.array([0, 1, 3])
+    saturation = np.abs(model.site_user[sites, 0])
+    data.plugin_state[2 * sites] = before = np.array([1e-3, -2e-3, 3e-3])
 
     def energy():
         mujoco.mj_forward(model, data)
-        moments = [saturation * g / np.hypot(g, knee) for g in (before, data.plugin_state[1:6:2])]
+        moments = [
+            saturation * g / np.hypot(g, knee) for g in (before, data.plugin_state[2 * sites + 1])
+        ]
         return mm.magnetic_energy(model, data) + coercivity * np.abs(moments[1] - moments[0]).sum()
 
     energy()
     force, start, moved = data.qfrc_passive.copy(), data.qpos.copy(), np.zeros(model.nv)
-    assert (data.plugin_state[1:6:2] != before).any()
+    assert (data.plugin_state[2 * sites + 1] != before).all()
     found = np.zeros(model.nv)
     for k in range(model.nv):
         for step in (-1e-6, 1e-6):
@@ -274,9 +304,11 @@ def test_the_memory_is_a_part_of_the_state():
     mujoco.mj_setState(model, others[1], state, kind)
     mujoco.mj_forward(model, others[1])
     others[2].qpos[:], others[2].qvel[:] = data.qpos, data.qvel
+    states, _ = mujoco.rollout.rollout(model, mujoco.MjData(model), state[None], nstep=20)
     expected = spun(model, data, 20)
     assert spun(model, others[0], 20) == spun(model, others[1], 20) == expected
     assert spun(model, others[2], 20) != expected  # which knows nothing
+    assert states[0, -1, 1:].tolist() == expected  # without the time
     mujoco.mj_resetData(model, data)
     assert data.plugin_state.tolist() == [0.0, 0.0]
     mujoco.mj_setState(model, data, state, kind)

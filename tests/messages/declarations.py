@@ -205,12 +205,10 @@ DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis': element 2, num
 >>> mm.describe(model(hysteresis("site hand", "numeric loop", "site hand")))
 DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis': element 2, site 'hand', is also
     named by hysteresis tuple 0
->>> mm.describe(model(hysteresis("site hand", "numeric loop") + group("coil", "actuator current", "site hand")))
+>>> coil = group("coil", "actuator current", "site hand")
+>>> mm.describe(model(hysteresis("site hand", "numeric loop") + coil))
 DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis': element 0, site 'hand', is also
     driven by coil tuple 1
->>> mm.describe(model(hysteresis("site hand", "numeric loop")))
-DeclarationError(unstored, 0): hysteresis tuple 0 'hysteresis': the plugin magmotor.forces stores
-    what its sites remember; add it to the model, instead of magmotor.magnetism()
 >>> mm.describe(model(hysteresis("site hand", "numeric loop", loop="12")))
 DeclarationError(loop, 0): numeric 0 'loop' = 12: a loop must have a coercivity in A/m, which is
     positive and finite, and the remanence over the saturation, between 0 and 1

@@ -11,7 +11,8 @@ determines B_k = B_c sqrt(1/r^2 - 1). So m minimizes, for given m', the energy i
 
 of which the first is stored, and the second is heat. The force at constant m is the derivative of
 this minimum, and no step of any size gains energy. Several such dipoles magnetize each other: their
-moments are found in turn, until they do not change.
+moments are found in turn, until they do not change. Those of one rigid body do not, since the loop
+is that of a whole rod.
 
 The plugin's state has two numbers for each site: G' in T, and G at the beginning of this step,
 which `advance` makes the next G'. So `mj_forward` changes nothing that counts.
@@ -54,11 +55,11 @@ _SET = types.int64(*6 * [_word], types.float64, *8 * [_word])
 _late = LateFunction("magmotor_hysteresis_address", _SET, lambda: _set(layout.current()))
 bind, _is_ready, _set_moments = _late.bind, _late.is_ready, _late.call
 
-SITE, COLUMN, MAGNET, REMEMBERED, COERCIVITY, KNEE, GIVEN, PLAY, SATURATION, AXIS, COLUMNS = (
-    0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 12
+SITE, COLUMN, MAGNET, REMEMBERED, COERCIVITY, KNEE, GIVEN, OWN, PLAY, SATURATION, AXIS, COLUMNS = (
+    0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 13
 )  # fmt: skip
 """Columns by dipole: its site, its column in the table, and its magnet; G', B_c and B_k in T; the
-field of all that has no hysteresis; G; m_s; and its direction."""
+field of all that has no hysteresis, and the part of its own body; G; m_s; and its direction."""
 
 MOST, SETTLED = 1000, 1e-13
 """Largest number of rounds in which moments are found, and their last change over saturation."""
@@ -103,7 +104,7 @@ def _set(checksum: int, offsets: layout.Layout) -> Any:
             _read(rows[k], declared[k], table, number, scale, own, m, d, offsets)
         for k in range(len(rows)):
             if rows[k, MAGNET] >= 0.0:
-                rows[k, GIVEN] = _given_field(
+                _set_given_field(
                     rows[k], table, number, shaped, shapes, couplings, fields, m, offsets
                 )
         unsettled = _settle(rows, table, couplings)
@@ -145,40 +146,39 @@ def _state(own, m, d, offsets):
 
 
 @subroutine
-def _given_field(row, table, number, shaped, shapes, couplings, fields, m, offsets):
-    """Return the field along a dipole, while those with hysteresis have no moments."""
+def _set_given_field(row, table, number, shaped, shapes, couplings, fields, m, offsets):
+    """Write the field along a dipole, while those with hysteresis have no moments.
+
+    Its own rigid body and what is fixed to that act, too, which the energy of pairs leaves out.
+    """
     i, k = int(row[COLUMN]), int(row[MAGNET])
     x, y, z, label = table[0, i], table[1, i], table[2, i], table[LABEL, i]
-    bx = by = bz = 0.0
     for other in range(number):
-        factor = _factor(k, other, table, couplings)
         first = int(table[FIRST, other])
-        for j in range(first, first + int(table[SIZE, other]) if factor != 0.0 else first):
+        own = table[LABEL, first] == label
+        factor = 1.0 if own else coupling_factor(table[BODY, k], table[BODY, other], couplings)
+        for j in range(first, first + int(table[SIZE, other])):
             if shaped <= j < shaped + len(shapes):
-                ux, uy, uz = shape_flux(shapes[j - shaped], x, y, z)
+                flux = shape_flux(shapes[j - shaped], x, y, z)
             else:
-                ux, uy, uz = _flux(table, j, x, y, z)
-            bx, by, bz = bx + factor * ux, by + factor * uy, bz + factor * uz
+                flux = _flux(dipole(table, j), x, y, z)
+            _add_given(row, factor, own, flux)
     for other in range(len(fields)):
-        if acts_on(fields[other], label, table[MOVES, k]):
-            f = field_and_gradient(fields[other], x, y, z, m, offsets)
-            bx, by, bz = bx + f[0], by + f[1], bz + f[2]
-    return bx * row[AXIS] + by * row[AXIS + 1] + bz * row[AXIS + 2]
+        field = field_and_gradient(fields[other], x, y, z, m, offsets)
+        _add_given(row, 1.0, not acts_on(fields[other], label, table[MOVES, k]), field[:3])
 
 
 @subroutine
-def _factor(k, other, table, couplings):
-    """Return the factor by which two magnets act on each other, or 0."""
-    distinct = table[LABEL, int(table[FIRST, k])] != table[LABEL, int(table[FIRST, other])]
-    if not distinct or table[MOVES, k] + table[MOVES, other] == 0.0:
-        return 0.0
-    return coupling_factor(table[BODY, k], table[BODY, other], couplings)
+def _add_given(row, factor, own, flux):
+    """Add a field times a factor to that along a dipole, and, if it is its own, to that part."""
+    along = factor * (flux[0] * row[AXIS] + flux[1] * row[AXIS + 1] + flux[2] * row[AXIS + 2])
+    row[GIVEN] += along
+    row[OWN] += along if own else 0.0
 
 
 @subroutine
-def _flux(table, j, x, y, z):
-    """Return the field of dipole j at a point, or 0 at the dipole, which is an error elsewhere."""
-    source = dipole(table, j)
+def _flux(source, x, y, z):
+    """Return the field of a dipole, or 0 where it is, which is an error elsewhere."""
     if source[0] == x and source[1] == y and source[2] == z:
         return 0.0, 0.0, 0.0
     return flux_of_dipole(source, x, y, z)
@@ -210,18 +210,17 @@ def _settle(rows, table, couplings):
 
 @subroutine
 def _field_along(row, other, table, couplings):
-    """Return the field along a dipole of another one, both with hysteresis."""
-    factor = _factor(int(row[MAGNET]), int(other[MAGNET]), table, couplings)
-    if factor == 0.0:
+    """Return the field along a dipole of another one, both with hysteresis, on another body."""
+    i, j = int(row[COLUMN]), int(other[COLUMN])
+    if table[LABEL, i] == table[LABEL, j]:
         return 0.0
-    i, j, moment = int(row[COLUMN]), int(other[COLUMN]), factor * _moment(other)
+    bodies = table[BODY, int(row[MAGNET])], table[BODY, int(other[MAGNET])]
+    moment = coupling_factor(*bodies, couplings) * _moment(other)
     source = (
         table[0, j], table[1, j], table[2, j],
         moment * other[AXIS], moment * other[AXIS + 1], moment * other[AXIS + 2],
     )  # fmt: skip
-    if source[0] == table[0, i] and source[1] == table[1, i] and source[2] == table[2, i]:
-        return 0.0
-    bx, by, bz = flux_of_dipole(source, table[0, i], table[1, i], table[2, i])
+    bx, by, bz = _flux(source, table[0, i], table[1, i], table[2, i])
     return bx * row[AXIS] + by * row[AXIS + 1] + bz * row[AXIS + 2]
 
 
@@ -233,13 +232,14 @@ def _moment(row):
 
 @subroutine
 def stored_energy(rows):
-    """Return the energy that the dipoles themselves store."""
+    """Return the energy that the dipoles store, and that in the field of their own bodies."""
     energy = 0.0
     for k in range(len(rows)):
         row = rows[k]
         if row[MAGNET] >= 0.0:
             whole = math.sqrt(row[PLAY] ** 2 + row[KNEE] ** 2)
             energy += row[SATURATION] * row[KNEE] * (1.0 - row[KNEE] / whole)
+            energy -= _moment(row) * row[OWN]
     return energy
 
 
