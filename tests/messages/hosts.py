@@ -343,7 +343,7 @@ UserWarning: magnetism() has overwritten the force that was set in xfrc_applied 
 LayoutError: MuJoCo ... does not keep nq... at the declared offsets: this version is not
     supported; 3.11 to 4.0 are: pip install "mujoco==4.0.*"
 >>> layout.verify(layout.current()._replace(nq=24, nv=0, numeric_data=8))
-LayoutError: MuJoCo ... does not keep nq, nv, ...plugin_state at the declared offsets: ...
+LayoutError: MuJoCo ... does not keep nq, nv, ...numeric_data at the declared offsets: ...
 
 # Rollouts on threads
 >>> with mm.magnetism():
