@@ -11,8 +11,8 @@ typedef struct {
   int nattribute;
   const char *const *attributes;
   int capabilityflags, needstage;
-  void *nstate, *nsensordata, *init, *destroy, *copy, *reset, *compute;
-  void *unused[9];  // functions for other kinds of plugins
+  void *nstate, *nsensordata, *init, *destroy, *copy, *reset, *compute, *advance;
+  void *unused[8];  // functions for other kinds of plugins
 } Plugin;
 
 // Functions of MuJoCo.

@@ -113,6 +113,10 @@ MODELS = {
     "saturated coil": few(group("coil", "actuator slow 0.5", "site tip", "body ball")),
     "iron": few(iron("geom core")),
     "saturated iron": few(iron("geom core", "geom ball", material="5000 1e4"), sites=""),
+    "hysteresis": few(
+        numeric("loop", "500 0.3"), group("hysteresis", "numeric loop", "site tip", "site ball"),
+        integrator="RK4",
+    ),
     "plane of iron": few(iron("geom table", "geom ball")),
     "magnets by geom": few(more=SHAPES, timestep="1e-5"),
     "magnets by geom on iron": few(iron("geom table", "geom ball"), more=SHAPES, timestep="1e-5"),

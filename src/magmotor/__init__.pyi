@@ -33,6 +33,7 @@ from .mjcf.compose import add_coil as add_coil
 from .mjcf.compose import add_conductor as add_conductor
 from .mjcf.compose import add_dipole as add_dipole
 from .mjcf.compose import add_field as add_field
+from .mjcf.compose import add_hysteresis as add_hysteresis
 from .mjcf.compose import add_iron as add_iron
 from .mjcf.compose import add_magnet as add_magnet
 from .mjcf.describe import Description as Description

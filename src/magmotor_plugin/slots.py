@@ -31,6 +31,9 @@ ACTUATOR, SENSOR, PASSIVE = 1, 1 << 1, 1 << 2
 ACCELERATION_STAGE = 3
 """mjSTAGE_ACC, which finite differences with respect to controls repeat."""
 
+PROBED = 3
+"""Numbers of the state of a model without code, whose layout is to be seen."""
+
 FAILED = -1
 """Result of `init` for which MuJoCo raises an error."""
 
@@ -62,7 +65,8 @@ class Plugin(ctypes.Structure):
         ("copy", ctypes.c_void_p),
         ("reset", ctypes.c_void_p),
         ("compute", ctypes.c_void_p),
-        ("unused", ctypes.c_void_p * 9),  # functions for other kinds of plugins
+        ("advance", ctypes.c_void_p),
+        ("unused", ctypes.c_void_p * 8),  # functions for other kinds of plugins
     ]
 
 
@@ -126,6 +130,7 @@ class _Code:
         self._lock = threading.Lock()
         self.loading = self._loaded = False
         self._failed = ""  # or why nothing could be loaded
+        self._nstate: Any = lambda model, instance: 0
 
     def ensure_loaded(self) -> bool:
         """Load the code once; return whether that has not failed.
@@ -162,7 +167,10 @@ class _Code:
     def _load(self) -> None:
         try:
             for member, function in callbacks().compiled_plugin(self._name).items():
-                setattr(self._table(), member, function.address)
+                if member == "nstate":  # the stub calls it, since it also serves probes
+                    self._nstate = _NSTATE(function.address)
+                else:
+                    setattr(self._table(), member, function.address)
             self._loaded = True
         except KeyboardInterrupt:
             pass
@@ -202,8 +210,10 @@ class _Code:
         @called_by_c
         def nstate(model, instance):
             """Load the compiled code, since this is the first function that MuJoCo calls."""
+            if getattr(_this_thread, "probes", False):
+                return PROBED
             self.ensure_loaded()
-            return 0
+            return self._nstate(model, instance)
 
         @_INIT
         @called_by_c
@@ -231,7 +241,7 @@ class _Code:
 @_RESET
 @called_by_c
 def _reset(model, state, data, instance):
-    """Required by MuJoCo; the plugins have no state."""
+    """Required by MuJoCo; nothing has been loaded that has a state."""
 
 
 @_NSENSORDATA

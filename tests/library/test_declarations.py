@@ -182,6 +182,7 @@ def test_it_is_what_a_plain_reading_of_names_finds():
         of_table.CONDUCTORS: [
             (number["tuple"]("conductor of the room"), geom("floor"), number["numeric"]("metal"))
         ],
+        of_table.MEMORIES: [],  # which must not be where iron is
         of_table.MAGNETOMETERS: [(0, 1, site("probe"), 0)],
     }  # fmt: skip
     assert {*expected} == {*range(len(of_table.SECTIONS))}

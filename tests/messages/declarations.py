@@ -83,6 +83,11 @@ def conductor(*elements, material="3.5e7 0.003"):
     return numeric("material", material) + group("conductor", *elements)
 
 
+def hysteresis(*elements, loop="12 0.2"):
+    """Return hysteresis as MJCF: a tuple of these elements, and the numeric."""
+    return numeric("loop", loop) + group("hysteresis", *elements)
+
+
 def iron(*elements, material="1000"):
     """Return iron as MJCF: a tuple of a material and these elements."""
     return numeric("material", material) + group("iron", "numeric material", *elements)
@@ -187,53 +192,77 @@ DeclarationError(conductivity, 0): numeric 0 'material' = 1 2 3: a conductor mus
     conductivity in S/m and optionally a thickness in m, 0 for a half-space; not negative and
     finite
 
+# Hysteresis
+>>> mm.describe(model(hysteresis("numeric loop")))
+DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis' must name a numeric, its loop,
+    and a site
+>>> mm.describe(model(hysteresis("site hand", "geom core", "numeric loop")))
+DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis': element 1, geom 'core', must be
+    a numeric or a site
+>>> mm.describe(model(hysteresis("site hand", "numeric loop", "numeric loop")))
+DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis': element 2, numeric 'loop', is
+    one too many: one numeric in the tuple
+>>> mm.describe(model(hysteresis("site hand", "numeric loop", "site hand")))
+DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis': element 2, site 'hand', is also
+    named by hysteresis tuple 0
+>>> coil = group("coil", "actuator current", "site hand")
+>>> mm.describe(model(hysteresis("site hand", "numeric loop") + coil))
+DeclarationError(hysteresis, 0): hysteresis tuple 0 'hysteresis': element 0, site 'hand', is also
+    driven by coil tuple 1
+>>> mm.describe(model(hysteresis("site hand", "numeric loop", loop="12")))
+DeclarationError(loop, 0): numeric 0 'loop' = 12: a loop must have a coercivity in A/m, which is
+    positive and finite, and the remanence over the saturation, between 0 and 1
+>>> mm.describe(model(hysteresis("site hand", "numeric loop", loop="12 1")))
+DeclarationError(loop, 0): numeric 0 'loop' = 12 1: a loop must have a coercivity in A/m, which is
+    positive and finite, and the remanence over the saturation, between 0 and 1
+
 # Marks
 >>> mm.describe(model(act="magnet"))
 DeclarationError(mark, 0): text 'magmotor' = 'magnet': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
-    spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis, all,
+    separated by spaces
 >>> mm.describe(model(act="dipoles, noise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipoles, noise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
-    separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis,
+    all, separated by spaces
 >>> mm.describe(model(act="dipolesnoise"))
 DeclarationError(mark, 0): text 'magmotor' = 'dipolesnoise': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
-    separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis,
+    all, separated by spaces
 >>> mm.describe(model(act="Dipoles"))
 DeclarationError(mark, 0): text 'magmotor' = 'Dipoles': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
-    spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis, all,
+    separated by spaces
 >>> mm.describe(model(act="%n"))
 DeclarationError(mark, 0): text 'magmotor' = '%n': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
-    spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis, all,
+    separated by spaces
 >>> mm.describe(model(act=" "))
 DeclarationError(mark, 0): text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
-    spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis, all,
+    separated by spaces
 >>> mm.describe(model(act="couplings dipolez"))
 DeclarationError(mark, 0): text 'magmotor' = 'couplings dipolez': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
-    separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis,
+    all, separated by spaces
 
 # Marks of the plugin
 >>> model(plugin=True, act="dipols")
 ValueError: Error: engine error: text 'magmotor' = 'dipols': must be one or more of the words
-    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, all,
-    separated by spaces
+    dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis,
+    all, separated by spaces
 >>> model(plugin=True, act=" ")
 ValueError: Error: engine error: text 'magmotor' = ' ': must be one or more of the words dipoles,
-    couplings, noise, potentials, fields, coils, iron, magnets, conductors, all, separated by
-    spaces
+    couplings, noise, potentials, fields, coils, iron, magnets, conductors, hysteresis, all,
+    separated by spaces
 >>> model(act=None, config="all, dipoles")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'all, dipoles': must be one or
     more of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets,
-    conductors, all, separated by spaces
+    conductors, hysteresis, all, separated by spaces
 >>> model(act=None, config="dipols")
 ValueError: Error: engine error: config 'act' of magmotor.forces = 'dipols': must be one or more
     of the words dipoles, couplings, noise, potentials, fields, coils, iron, magnets, conductors,
-    all, separated by spaces
+    hysteresis, all, separated by spaces
 >>> model(act="noise dipoles", config="all")
 ValueError: Error: engine error: text 'magmotor' = 'noise dipoles' and config 'act' of
     magmotor.forces = 'all': must have the same words, or only one of the two must be given

@@ -185,7 +185,7 @@ BY_NAME: dict[str, list[str]] = {
     "magnet.direction": ["(0, 0, 1)", "[1.0, 2.0, 0.0]"], "Magnet.direction": ["(0, 3, 4)"],
     "magnet.density": ["None", "7000"],
     **{f"add_{name}.spec": ["draft()"]
-       for name in ("dipole", "magnet", "coil", "field", "iron", "conductor")},
+       for name in ("dipole", "magnet", "coil", "field", "iron", "conductor", "hysteresis")},
     **{f"add_{name}.body": ["drafted().worldbody", "drafted().body('hand')",
                             "drafted().frame('palm')"] for name in ("dipole", "magnet")},
     "add_dipole.moment": ["0.5", "-2"], "add_magnet.gap": ["0.01", "0.02"],
@@ -201,6 +201,8 @@ BY_NAME: dict[str, list[str]] = {
     "add_iron.name": ["'iron'", "'iron_2'"],
     "add_conductor.geoms": ["[drafted().geom('ball')]"],
     "add_conductor.name": ["'conductor'", "'conductor_2'"],
+    "add_hysteresis.sites": ["[drafted().site('tip')]"],
+    "add_hysteresis.name": ["'hysteresis'", "'hysteresis_2'"],
     "Magnet.dipoles.gap": ["0.01", "0.02"], "Magnet.mjcf.gap": ["0.01", "0.02"],
     "metropolis.model": ["model({kind})"],
     "metropolis.samples": ["3"], "metropolis.burn_in": ["0", "5"],

@@ -14,6 +14,7 @@ from typing import Any
 import mujoco
 
 from magmotor.mjcf import binding, error_numbers, error_raising, layout, memory, notice_sentences
+from magmotor.mjcf.declarations.hysteresis import PER_SITE, numbers_in_state, state_of
 from magmotor.mjcf.declarations.magnetometers import check_magnetometers
 from magmotor.mjcf.declarations.marks import (
     COILS,
@@ -87,7 +88,10 @@ def compiled_plugin(name: bytes) -> dict[str, Any]:
     current = layout.current()
     if name == slots.MAGNETOMETER:
         return {"compute": _measure(current), "init": _check_magnetometers(current)}
-    functions = {"copy": _copy, "compute": _compute, "init": _init, "reset": _reset}
+    functions = {
+        "advance": _advance, "copy": _copy, "compute": _compute, "init": _init, "nstate": _nstate,
+        "reset": _reset,
+    }  # fmt: skip
     return {member: function(current) for member, function in functions.items()}
 
 
@@ -331,6 +335,31 @@ def _copy(checksum: int, offsets: layout.Layout):
     return copy
 
 
+@compiled_once(types.int32(_word, _int), error_model="numpy")
+def _nstate(checksum: int, offsets: layout.Layout):
+    """Define the plugin's `nstate`, how many numbers the state of an instance has."""
+
+    def nstate(model, instance):
+        _ = checksum
+        return numbers_in_state(memory.words(model, memory.UNBOUNDED), offsets)
+
+    return nstate
+
+
+@compiled_once(types.void(_word, _word, _int), error_model="numpy")
+def _advance(checksum: int, offsets: layout.Layout):
+    """Define the plugin's `advance`, by which a step remembers the fields that it began with."""
+
+    def advance(model, data, instance):
+        _ = checksum
+        m, d = memory.words(model, memory.UNBOUNDED), memory.words(data, memory.UNBOUNDED)
+        state = state_of(instance, m, d, offsets)
+        for k in range(0, len(state), PER_SITE):
+            state[k] = state[k + 1]
+
+    return advance
+
+
 @compiled_once(types.void(_word, _word, _word, _int), error_model="numpy")
 def _reset(checksum: int, offsets: layout.Layout):
     """Define the plugin's `reset`, which MuJoCo calls after `init` and which may raise errors.
@@ -340,6 +369,10 @@ def _reset(checksum: int, offsets: layout.Layout):
 
     def reset(model, state, word, instance):
         _ = checksum
+        room = memory.integers(
+            memory.words(model, memory.UNBOUNDED)[offsets.plugin_statenum // 8], memory.UNBOUNDED
+        )
+        memory.numbers(state, 1, room[instance])[0, :] = 0.0
         if word & ACTING == ACTING:
             m, table = memory.words(model, memory.UNBOUNDED), table_of(model, True)
             kinds, place = acting_kinds(table, m, offsets), memory.error_on_stack()

@@ -22,6 +22,8 @@ from magmotor.mjcf.spec_mark import let_act
 Place = mujoco.MjsBody | mujoco.MjsFrame
 Vector = Annotated[Sequence[float], shaped(3)]
 Geoms = Annotated[Sequence[mujoco.MjsGeom], several(mujoco.MjsGeom)]
+Sites = Annotated[Sequence[mujoco.MjsSite], several(mujoco.MjsSite)]
+Ratio = Annotated[float, number(above=0, below=1)]
 Susceptibility = Annotated[float, number(at_least=-1)]
 
 TYPES = {
@@ -332,7 +334,7 @@ def add_iron(
     iron pellet
     """
     numbers = [susceptibility, saturation] if saturation else [susceptibility]
-    return _add_material(spec, geoms, numbers, name, "iron", "iron")
+    return _add_material(spec, "geoms", geoms, numbers, name, "iron", "iron")
 
 
 @checked
@@ -379,14 +381,68 @@ def add_conductor(
     conductor floor
     """
     numbers = [conductivity, thickness] if thickness else [conductivity]
-    return _add_material(spec, geoms, numbers, name, "conductor", "conductors")
+    return _add_material(spec, "geoms", geoms, numbers, name, "conductor", "conductors")
+
+
+@checked
+def add_hysteresis(
+    spec: mujoco.MjSpec,
+    sites: Sites,
+    coercivity: Positive,
+    remanence: Ratio,
+    *,
+    name: str = "hysteresis",
+) -> mujoco.MjsTuple:
+    """Let dipoles of an `MjSpec` follow the field with hysteresis, such as soft rods.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec
+    sites : sequence of mujoco.MjsSite
+        Sites with a moment, as `add_dipole` returns them, which is that at saturation.
+    coercivity : float
+        In A/m, such as 12 of the soft rods in small satellites.
+    remanence : float
+        The remanence over the saturation, between 0 and 1, of the loop of the rod as it is, which
+        its own field makes flat.
+    name : str, default "hysteresis"
+        Name of the tuple and of the numeric, which must start with `hysteresis` and be one word.
+
+    Returns
+    -------
+    mujoco.MjsTuple
+
+    Raises
+    ------
+    ValueError
+        An argument is invalid, a site is not in the spec or has no name, or the name of the
+        hysteresis is taken; also as for `add_magnetism`.
+
+    Examples
+    --------
+    >>> import mujoco
+    >>> import magmotor as mm
+    >>> spec = mujoco.MjSpec()
+    >>> body = spec.worldbody.add_body()
+    >>> rod = mm.add_dipole(spec, body, 1.5e-3, zaxis=[1, 0, 0], name="rod")
+    >>> print(*mm.add_hysteresis(spec, [rod], 12, 0.16).objname)
+    hysteresis rod
+    """
+    numbers = [coercivity, remanence]
+    return _add_material(spec, "sites", sites, numbers, name, "hysteresis", "hysteresis")
 
 
 def _add_material(
-    spec: mujoco.MjSpec, geoms: Geoms, numbers: list[float], name: str, start: str, word: str
+    spec: mujoco.MjSpec,
+    argument: str,
+    elements: Sequence[mujoco.MjsGeom | mujoco.MjsSite],
+    numbers: list[float],
+    name: str,
+    start: str,
+    word: str,
 ) -> mujoco.MjsTuple:
-    """Add a numeric and a tuple of it and geoms, with a name that starts with a word."""
-    listed = [_listed(spec, f"geoms[{k}]", geom) for k, geom in enumerate(geoms)]
+    """Add a numeric and a tuple of it and elements, with a name that starts with a word."""
+    listed = [_listed(spec, f"{argument}[{k}]", one) for k, one in enumerate(elements)]
     for kind in ("numeric", "tuple"):
         _check_new(spec, kind, name, start)
     spec.add_numeric(name=name, data=numbers, size=len(numbers))

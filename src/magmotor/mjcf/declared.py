@@ -149,6 +149,16 @@ def conductors(model: mujoco.MjModel) -> dict[int, tuple[float, float]]:
     return found
 
 
+def hysteresis(model: mujoco.MjModel) -> dict[int, tuple[float, float]]:
+    """Return the coercivity and the remanence over the saturation of each site with hysteresis."""
+    found = {}
+    for row in rows(model, of_table.MEMORIES):
+        first = model.numeric_adr[row.numeric]
+        coercivity, remanence = model.numeric_data[first : first + 2].tolist()
+        found[int(row.site)] = coercivity, remanence
+    return found
+
+
 def polarizations(model: mujoco.MjModel) -> dict[int, Array]:
     """Return the polarizations in T of the geoms that are magnets, in their frames."""
     found = rows(model, of_table.SHAPES).geom.tolist()

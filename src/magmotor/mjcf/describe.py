@@ -49,8 +49,8 @@ class Description:
     Attributes
     ----------
     acting : tuple of str
-        Those of `dipoles`, `couplings`, `noise`, `potentials`, `fields`, `coils`, `iron`, `magnets`
-        and `conductors` that act on the model.
+        Those of `dipoles`, `couplings`, `noise`, `potentials`, `fields`, `coils`, `iron`,
+        `magnets`, `conductors` and `hysteresis` that act on the model.
     marked : bool
         Whether the model says so itself.
     plugin : bool
@@ -85,6 +85,8 @@ class Description:
         Polarization in T of each geom that is a magnet.
     conductors : dict of str to (float, float)
         Conductivity in S/m and thickness in m, 0 for a half-space, of each plane of a conductor.
+    hysteresis : dict of str to (float, float)
+        Coercivity in A/m, and remanence over saturation, of each site with hysteresis.
     magnetometers : dict of str to str
         The site of each magnetometer, by the name of the sensor.
     dry_friction : tuple of str
@@ -114,6 +116,7 @@ class Description:
     iron: dict[str, float]
     magnets: dict[str, float]
     conductors: dict[str, tuple[float, float]]
+    hysteresis: dict[str, tuple[float, float]]
     magnetometers: dict[str, str]
     dry_friction: tuple[str, ...]
     huge: dict[str, float]
@@ -163,7 +166,7 @@ class Description:
         yield from (f"not acting: {reason}" for reason in elsewhere(self))
 
     def _elements(self) -> Iterator[str]:
-        """Yield what iron, magnets by their geom, conductors and magnetometers there are."""
+        """Yield what there is besides dipoles, fields and coils."""
         parts = {
             "iron, susceptibilities": [f"{name} {value:g}" for name, value in self.iron.items()],
             "magnets, polarizations": [
@@ -172,6 +175,10 @@ class Description:
             "conductors": [
                 f"{name} {value:g} S/m" + (f" {thickness:g} m thick" if thickness else "")
                 for name, (value, thickness) in self.conductors.items()
+            ],
+            "hysteresis": [
+                f"{name} {coercivity:g} A/m, remanence {remanence:g} of saturation"
+                for name, (coercivity, remanence) in self.hysteresis.items()
             ],
             "magnetometers": [f"{name} at {site}" for name, site in self.magnetometers.items()],
         }
@@ -239,6 +246,7 @@ def describe(model: mujoco.MjModel) -> Description:
         kT, mismatch, unknown = temperatures(model) if noise else (None, 0.0, "")
     huge = _huge(model) if "dipoles" in named and not declares_units(model) else {}
     moments = site_moments(model) if "dipoles" in named else np.zeros(model.nsite)
+    loops = declared.hysteresis(model) if "hysteresis" in named else {}
     acts = {
         "dipoles": bodies and acting,
         "couplings": pairs and "couplings" in named and declared.couplings(model),
@@ -249,6 +257,7 @@ def describe(model: mujoco.MjModel) -> Description:
         "iron": magnetized and acting,
         "magnets": shapes and acting,
         "conductors": braked,
+        "hysteresis": loops and "dipoles" in named and acting,
     }
     return Description(
         acting=tuple(word for word, exists in acts.items() if exists),
@@ -267,6 +276,7 @@ def describe(model: mujoco.MjModel) -> Description:
             for geom, value in shapes.items()
         },
         conductors={name_of(model, "geom", geom): value for geom, value in conductors.items()},
+        hysteresis={name_of(model, "site", site): value for site, value in loops.items()},
         magnetometers=declared.magnetometers(model),
         kT=kT,
         mismatch=mismatch,

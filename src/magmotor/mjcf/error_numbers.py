@@ -12,10 +12,11 @@ from magmotor.numerics.deferred import subroutine
     PATH, TIME, COIL, FIELD, FIELD_TUPLE, IRON, MATERIAL, COUPLED_IRON, NO_SITE, UNMEASURED,
     TOLERANCE, SIZE, OVERLAP, INDEX, CONSTANT, POLARIZATION, SHAPELESS, COUPLED_MAGNET,
     MAGNETIC_IRON, UNLOADED, POLYHEDRON, CONDUCTOR, CONDUCTIVITY, BELOW, COLD, CIRCUIT,
-) = range(36)  # fmt: skip
+    HYSTERESIS, LOOP, UNSTORED, IRON_NEARBY, UNSETTLED,
+) = range(41)  # fmt: skip
 """Errors; each has up to two elements, see `error_reports.ELEMENTS`, and numbers."""
 
-KINDS = tuple(name.lower() for name in (*globals(),)[-36:])
+KINDS = tuple(name.lower() for name in (*globals(),)[-41:])
 """Their names, those defined last, for `DeclarationError`."""
 
 DETAILS, KIND, FORM = 16, 2, 15
@@ -30,6 +31,12 @@ OF_CONFIG, OF_BOTH = 1, 2
 
 INFINITE = 1
 """Form of an error `POLARIZATION`, which otherwise is too large."""
+
+TAKES_ENERGY = 1
+"""Form of an error `COLD`, of hysteresis, which otherwise is of a conductor."""
+
+NO_PLUGIN, OLD_BINARY = range(2)
+"""Forms of an error `UNSTORED`, which its rule is."""
 
 NOT_CONVEX, NOT_CLOSED, CROWDED = range(3)
 """Forms of an error `POLYHEDRON`, which its rule is."""

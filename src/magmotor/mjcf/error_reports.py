@@ -73,6 +73,11 @@ ELEMENTS = (
     (DIPOLE, GEOM),
     (TUPLE, BODY),
     (GEOM, GEOM),
+    (TUPLE, NOTHING),
+    (NUMERIC, NOTHING),
+    (TUPLE, NOTHING),
+    (TUPLE, GEOM),
+    (SITE, NOTHING),
 )
 """The types of the two elements of each error, by its number."""
 
@@ -131,6 +136,7 @@ def _report_error(error, m, d, offsets):
         error_raising.fail(number, 0, text, 0, config, place)
     elif number in (
         error_numbers.COIL, error_numbers.FIELD_TUPLE, error_numbers.IRON, error_numbers.CONDUCTOR,
+        error_numbers.HYSTERESIS,
     ):  # fmt: skip
         _report_tuple(error, m, offsets, details, place)
     elif number >= 0:
@@ -169,7 +175,7 @@ def _find_details(error, m, d, offsets, details):
         found = memory.words(place, 4)
         details[0], details[1] = np.int32(found[1]), np.int32(found[2])
         details[2], details[FORM] = found[3], first
-    elif number in (error_numbers.MATERIAL, error_numbers.CONDUCTIVITY):
+    elif number in (error_numbers.MATERIAL, error_numbers.CONDUCTIVITY, error_numbers.LOOP):
         numbers = numbers_of(first, m, offsets)
         details[FORM] = min(len(numbers), 4)
         for k in range(min(len(numbers), 3)):
@@ -178,7 +184,7 @@ def _find_details(error, m, d, offsets, details):
         x, y, z = polarization_of(first, m, offsets)
         details[0], details[1], details[2] = x, y, z
         details[FORM] = 0.0 if math.isfinite(x + y + z) else error_numbers.INFINITE
-    elif number == error_numbers.POLYHEDRON:
+    elif number in (error_numbers.POLYHEDRON, error_numbers.COLD, error_numbers.UNSTORED):
         details[FORM] = error[3]
     elif number == error_numbers.OUTSIDE:
         _locate(first, error[2], m, d, offsets, details)

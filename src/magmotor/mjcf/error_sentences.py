@@ -74,6 +74,13 @@ _OF_CONDUCTORS = {
     custom.REPEATED: "is also named by conductor tuple {0:.0f}",
     custom.SECOND: "is one too many: one numeric in the tuple",
 }
+_OF_HYSTERESIS = {
+    custom.FEW: "must name a numeric, its loop, and a site",
+    custom.KIND: "must be a numeric or a site",
+    custom.REPEATED: "is also named by hysteresis tuple {0:.0f}",
+    custom.CONTAINED: "is also driven by coil tuple {0:.0f}",
+    custom.SECOND: "is one too many: one numeric in the tuple",
+}
 """What is wrong with an element: {0} is another tuple, {1} the element's `prm`."""
 
 
@@ -175,9 +182,35 @@ _OF_ERRORS: dict[int, Forms] = {
         "{dipole} is below the upper face of a conductor, plane geom {other} {other_name}: only"
         " magnets above it brake"
     ),
-    error_numbers.COLD: (
-        "conductor tuple {number} {name} brakes the motion, without the noise of any temperature:"
-        " in the same model, no body may have Brownian wrenches, as body {other} {other_name} does"
+    error_numbers.COLD: {
+        form: f"{what} tuple {{number}} {{name}} brakes the motion, without the noise of any"
+        " temperature: in the same model, no body may have Brownian wrenches, as body {other}"
+        " {other_name} does"
+        for form, what in enumerate(("conductor", "hysteresis"))
+    },
+    error_numbers.HYSTERESIS: _of_tuple("hysteresis", _OF_HYSTERESIS),
+    error_numbers.LOOP: {
+        count: f"numeric {{number}} {{name}} = {given}: a loop must have a coercivity in A/m, which"
+        " is positive and finite, and the remanence over the saturation, between 0 and 1"
+        for count, given in enumerate(_MATERIALS)
+    },
+    error_numbers.UNSTORED: {
+        error_numbers.NO_PLUGIN: (
+            "hysteresis tuple {number} {name}: the plugin magmotor.forces stores what its sites"
+            " remember; add it to the model, instead of magmotor.magnetism()"
+        ),
+        error_numbers.OLD_BINARY: (
+            "hysteresis tuple {number} {name}: the model has no room for what its sites remember;"
+            " compile it again"
+        ),
+    },
+    error_numbers.IRON_NEARBY: (
+        "hysteresis tuple {number} {name}: iron, such as geom {other} {other_name}, must not act in"
+        " the same model"
+    ),
+    error_numbers.UNSETTLED: (
+        "site {number} {name} is too near another one with hysteresis: the moments that they give"
+        " each other cannot be found"
     ),
     error_numbers.SIZE: (
         "geom {number} {name}: the size of iron and of magnets must be positive and finite"

@@ -85,6 +85,8 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     the factor of their bodies' coupling; of -m_i.B(x_i) over all dipoles in applied fields; half of
     that over all dipoles in the field of images; and the energy of iron, which is half the sum of
     q_i phi_i/mu0 where it is linear: the charges at its nodes in the potential of everything else.
+    Dipoles with hysteresis add what they store, and -m.B of their own bodies; the heat in them is
+    not included.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ MODEL_FIELDS = (
     "name_actuatoradr", "name_sensoradr", "nuser_geom", "geom_user", "geom_dataid",
     "nmesh", "nmeshvert", "mesh_vertadr", "mesh_vertnum", "mesh_vert", "mesh_faceadr",
     "mesh_facenum", "mesh_face", "nmeshface", "mesh_quat", "geom_pos", "geom_quat", "body_pos",
-    "body_quat",
+    "body_quat", "npluginstate", "plugin_stateadr", "plugin_statenum",
 )  # fmt: skip
 OPTION_FIELDS = ("timestep", "integrator", "disableflags", "enableflags")
 DATA_FIELDS = (
@@ -46,7 +46,7 @@ DATA_FIELDS = (
     "actuator_moment", "moment_rownnz", "moment_rowadr", "moment_colind", "qfrc_actuator",
     "nefc", "efc_J", "efc_pos", "efc_margin", "efc_KBIP", "efc_D", "geom_xmat", "xpos", "ctrl",
     "act", "sensordata", "cvel", "ximat", "ncon", "qacc", "qacc_smooth",
-    "qacc_warmstart", "contact",
+    "qacc_warmstart", "plugin_state", "contact",
 )  # fmt: skip
 CONTACT_FIELDS = ("contact_size", "contact_dist", "contact_geom")
 NOTES = 500

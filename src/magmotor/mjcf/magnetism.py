@@ -58,6 +58,9 @@ def magnetism() -> "Block":
       saturation magnetization in A/m, and geoms. A geom becomes an induced dipole; a plane mirrors.
     - `conductors`: a tuple named `conductor...` lists a numeric, the conductivity in S/m and
       optionally the thickness in m, and planes, above which eddy currents brake magnets that move.
+    - `hysteresis`: a tuple named `hysteresis...` lists a numeric, the coercivity in A/m and the
+      remanence over the saturation, and sites, whose moments are those at saturation. It needs the
+      plugin `magmotor.forces`, which stores what they remember.
 
     Names of elements that a tuple lists must not contain spaces.
 

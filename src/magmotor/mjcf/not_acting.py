@@ -22,7 +22,7 @@ from magmotor.mjcf.lookup import disabled, given_name, number_of
 from magmotor.mjcf.notice_sentences import MARK_NAME, ONLY_NAME, resembles_mark
 from magmotor_plugin import slots
 
-PREFIXES = ("coupling", "field", "coil", "iron", "conductor")
+PREFIXES = ("coupling", "field", "coil", "iron", "conductor", "hysteresis")
 """How the names of tuples start that declare something."""
 
 NUMERICS = ("magnetic_tolerance", "magnetic_constant")
@@ -61,6 +61,7 @@ def idle_elements(
         "iron": ("tuples named iron...", _has_tuples(model, "iron")),
         "magnets": ("user numbers of geoms", bool(model.nuser_geom and model.geom_user.any())),
         "conductors": ("tuples named conductor...", _has_tuples(model, "conductor")),
+        "hysteresis": ("tuples named hysteresis...", _has_tuples(model, "hysteresis")),
     }
     mark = "the mark" if number_of(model, "text", MARK_NAME) >= 0 else "the plugin's act"
     for word, (what, exists) in present.items():

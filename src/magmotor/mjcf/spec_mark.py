@@ -28,7 +28,7 @@ def add_magnetism(spec: mujoco.MjSpec) -> None:
 
     The other functions that add something do so, too. Call this one after `MjSpec.attach`, which
     drops the plugin, and puts a prefix before the names of the mark, fields, coils, iron,
-    conductors and couplings, so that they are none. Names such as `hand/coil` become
+    conductors, couplings and hysteresis, so that they are none. Names such as `hand/coil` become
     `coil_hand/coil`. Specs that these functions have composed have a mark, from which the prefix is
     known; call this function for any other spec before it is attached.
 

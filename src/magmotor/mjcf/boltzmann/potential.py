@@ -10,7 +10,9 @@ from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.boltzmann.actuators import springs
 from magmotor.mjcf.boltzmann.limits import limits
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declarations.marks import DIPOLES, IRON, POTENTIALS, SHAPES
+from magmotor.mjcf.declarations.marks import DIPOLES, HYSTERESIS, IRON, POTENTIALS, SHAPES
+from magmotor.mjcf.declarations.table import MEMORIES
+from magmotor.mjcf.declared import rows
 from magmotor.mjcf.field_and_energy import magnetic_energy
 from magmotor.mjcf.lookup import disabled, foreign_plugins, label
 from magmotor.mjcf.possible_contacts import colliding_geoms
@@ -68,6 +70,9 @@ def _check(model: mujoco.MjModel) -> None:
     if others := foreign_plugins(model):
         sentence = f"must be zero, except for those of magmotor, {INSTEAD}"
         raise ArgumentError("number of plugins", others, sentence)
+    for row in rows(model, MEMORIES) if acting_forces(model) & HYSTERESIS else ():
+        sentence = f"must be known; leave the word hysteresis out of the mark {INSTEAD}"
+        raise ArgumentError(f"{label(model, 'tuple', row.tuple)}: potential", "unknown", sentence)
     contacts = [
         *(label(model, "pair", pair) for pair in range(model.npair)),
         *(

@@ -5,6 +5,7 @@ from magmotor.mjcf.declarations.coils import check_coils, read_coils
 from magmotor.mjcf.declarations.conductors import check_conductors, read_conductors
 from magmotor.mjcf.declarations.couplings import check_couplings, read_couplings
 from magmotor.mjcf.declarations.fields import check_fields, read_fields
+from magmotor.mjcf.declarations.hysteresis import check_hysteresis, read_hysteresis
 from magmotor.mjcf.declarations.iron import check_iron, read_iron
 from magmotor.mjcf.declarations.magnetometers import read_magnetometers
 from magmotor.mjcf.declarations.magnets import read_magnets
@@ -14,6 +15,7 @@ from magmotor.mjcf.declarations.marks import (
     COUPLINGS,
     DIPOLES,
     FIELDS,
+    HYSTERESIS,
     IRON,
     SHAPES,
 )
@@ -62,6 +64,7 @@ def _read(checksum: int, offsets: layout.Layout):
         read_iron(table, kinds & IRON != 0, coupled, m, offsets)
         read_shapes(table, kinds, m, offsets)
         read_conductors(table, kinds & CONDUCTORS != 0, m, offsets)
+        read_hysteresis(table, kinds, m, offsets)
         read_magnetometers(table, m, offsets)
 
     return read_elements
@@ -90,5 +93,7 @@ def _check(checksum: int, offsets: layout.Layout):
             check_shapes(error, table, kinds, extent != error_numbers.IN_STEP, m, offsets)
         if error[0] < 0 and kinds & CONDUCTORS:
             check_conductors(error, table, kinds, m, offsets)
+        if error[0] < 0 and kinds & HYSTERESIS:
+            check_hysteresis(error, table, kinds, m, offsets)
 
     return check_elements

@@ -9,11 +9,7 @@ import math
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.custom import (
-    FEW,
     GEOM,
-    KIND,
-    NUMERIC,
-    REPEATED,
     SECOND,
     SHAPE,
     element,
@@ -21,6 +17,7 @@ from magmotor.mjcf.declarations.custom import (
     numbers_of,
     tuple_starts_with,
 )
+from magmotor.mjcf.declarations.materials import broken_rule, material_of
 from magmotor.mjcf.declarations.table import (
     PIECES,
     PLANES,
@@ -63,11 +60,7 @@ def _add_geoms(table, section, k, m, offsets):
     body_of = memory.integers(m[offsets.geom_bodyid // 8], memory.UNBOUNDED)
     weld_of = memory.integers(m[offsets.body_weldid // 8], memory.UNBOUNDED)
     freedoms = memory.integers(m[offsets.body_dofnum // 8], memory.UNBOUNDED)
-    material = -1
-    for i in elements_of(k, m, offsets):
-        kind, number, _ = element(i, m, offsets)
-        if kind == NUMERIC:
-            material = number
+    material = material_of(k, m, offsets)
     for i in elements_of(k, m, offsets):
         kind, geom, _ = element(i, m, offsets)
         if kind == GEOM and (shape[geom] == PLANE) == (section == PLANES):
@@ -82,45 +75,32 @@ def _add_geoms(table, section, k, m, offsets):
 def _broken_rule(k, m, offsets):
     """Return the first wrong element of tuple k, the rule, and another tuple; or -1, -1, -1.
 
-    There must be one numeric, and geoms of the shapes above, one of which at most is a plane, and
-    none of which is named twice.
+    The geoms must have the shapes above, and one of all is a plane at most.
     """
+    i, rule, other = broken_rule(k, PREFIX, GEOM, m, offsets)
+    if rule >= 0:
+        return i, rule, other
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
-    materials = geoms = 0
     for i in elements_of(k, m, offsets):
-        kind, number, _ = element(i, m, offsets)
-        rule = other = -1
-        if kind == NUMERIC:
-            materials += 1
-            rule = SECOND if materials > 1 else -1
-        elif kind == GEOM:
-            geoms += 1
-            other = _earlier_tuple(i, number, m, offsets)
-            if other >= 0:
-                rule = REPEATED
-            elif not (SPHERE <= shape[number] <= BOX or shape[number] == PLANE):
-                rule = SHAPE
-            elif shape[number] == PLANE and _earlier_tuple(i, -1, m, offsets) >= 0:
-                rule = SECOND
-        else:
-            rule = KIND
-        if rule >= 0:
-            return i, rule, other
-    return -1, FEW if materials == 0 or geoms == 0 else -1, -1
+        kind, geom, _ = element(i, m, offsets)
+        if kind == GEOM and shape[geom] == PLANE and _follows_plane(i, m, offsets):
+            return i, SECOND, -1
+        if kind == GEOM and not (SPHERE <= shape[geom] <= BOX or shape[geom] == PLANE):
+            return i, SHAPE, -1
+    return -1, -1, -1
 
 
 @subroutine
-def _earlier_tuple(i, geom, m, offsets):
-    """Return the tuple of iron in which an element before i names a geom, or, if -1, a plane."""
+def _follows_plane(i, m, offsets):
+    """Whether a tuple of iron names a plane in an element before i."""
     shape = memory.integers(m[offsets.geom_type // 8], memory.UNBOUNDED)
     for k in range(m[offsets.ntuple // 8]):
         if tuple_starts_with(k, PREFIX, m, offsets):
             for j in elements_of(k, m, offsets):
-                kind, other, _ = element(j, m, offsets)
-                same = kind == GEOM and (other == geom or (geom < 0 and shape[other] == PLANE))
-                if same and j < i:
-                    return k
-    return -1
+                kind, geom, _ = element(j, m, offsets)
+                if kind == GEOM and shape[geom] == PLANE and j < i:
+                    return True
+    return False
 
 
 @subroutine(forceinline=True)

@@ -14,9 +14,10 @@ from magmotor.mjcf import memory
 from magmotor.mjcf.declarations.user_numbers import has_numbers
 from magmotor.numerics.deferred import subroutine
 
-DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON, SHAPES, CONDUCTORS = (
-    1 << k for k in range(10)
-)
+(
+    DIPOLES, COUPLINGS, NOISE, POTENTIALS, UNMARKED, FIELDS, COILS, IRON, SHAPES, CONDUCTORS,
+    HYSTERESIS,
+) = (1 << k for k in range(11))  # fmt: skip
 """Bits for what acts, and for a model that does not say so."""
 
 WRONG = -1
@@ -35,6 +36,7 @@ WORDS = {
     "iron": IRON,
     "magnets": SHAPES,
     "conductors": CONDUCTORS,
+    "hysteresis": HYSTERESIS,
 }
 WORDS["all"] = sum(WORDS.values())
 

@@ -263,7 +263,7 @@ def _most_words(m, offsets):
         m[offsets.ntuple // 8], m[offsets.nsite // 8], m[offsets.ntuple // 8],
         m[offsets.nsite // 8], m[offsets.nnumeric // 8], m[offsets.ntupledata // 8],
         m[offsets.ntupledata // 8], m[offsets.ngeom // 8], m[offsets.ntupledata // 8],
-        m[offsets.nsensor // 8],
+        m[offsets.ntupledata // 8], m[offsets.nsensor // 8],
     )  # fmt: skip
     total = WORDS_OF_HEADER
     for k in range(len(counts)):

@@ -49,15 +49,19 @@ CONDUCTOR = columns("tuple geom numeric")
 """The upper face of a conducting plate: its tuple, its plane, which MuJoCo lets no joint move, and
 the numeric of its conductivity and thickness."""
 
+MEMORY = columns("tuple numeric site")
+"""A dipole with hysteresis: its tuple, the numeric of its loop, and its site."""
+
 MAGNETOMETER = columns("sensor instance site address")
 """A sensor of the field: its number, its instance of the plugin, its site (-1 also if it has no
 data), and the place of its data."""
 
 (
-    COUPLINGS, MAGNETS, COILS, SITES, FIELDS, PIECES, PLANES, SHAPES, CONDUCTORS, MAGNETOMETERS,
-) = range(10)  # fmt: skip
+    COUPLINGS, MAGNETS, COILS, SITES, FIELDS, PIECES, PLANES, SHAPES, CONDUCTORS, MEMORIES,
+    MAGNETOMETERS,
+) = range(11)  # fmt: skip
 SECTIONS = (
-    COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, SHAPE, CONDUCTOR, MAGNETOMETER,
+    COUPLING, MAGNET, COIL, SITE, FIELD, IRON, IRON, SHAPE, CONDUCTOR, MEMORY, MAGNETOMETER,
 )  # fmt: skip
 """The sections and their records. There are sites only if there are coils."""
 
@@ -107,7 +111,8 @@ def _rows_of(section: int) -> Any:
 
 
 (
-    couplings, magnets, coils, sites, fields, pieces, planes, shapes, conductors, magnetometers,
+    couplings, magnets, coils, sites, fields, pieces, planes, shapes, conductors, memories,
+    magnetometers,
 ) = (_rows_of(section) for section in range(len(SECTIONS)))  # fmt: skip
 
 

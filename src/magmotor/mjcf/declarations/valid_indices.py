@@ -32,6 +32,7 @@ INDICES = (
     ("name_textadr", "ntext", "nnames", "", ANY),
     ("text_adr", "ntext", "ntextdata", "", ANY),
     ("plugin_attradr", "nplugin", "npluginattr", "", ANY),
+    ("plugin_stateadr", "nplugin", "npluginstate", "plugin_statenum", ANY),
     ("name_numericadr", "nnumeric", "nnames", "", ANY),
     ("numeric_adr", "nnumeric", "nnumericdata", "numeric_size", ANY),
     ("name_tupleadr", "ntuple", "nnames", "", ANY),

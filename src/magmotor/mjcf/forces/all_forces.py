@@ -9,6 +9,7 @@ from magmotor.mjcf.declarations.marks import (
     CONDUCTORS,
     DIPOLES,
     FIELDS,
+    HYSTERESIS,
     IRON,
     NOISE,
     POTENTIALS,
@@ -20,6 +21,7 @@ from magmotor.mjcf.forces import (
     dipole_wrenches,
     drives,
     eddy_wrenches,
+    hysteresis,
     resolution,
     responses,
 )
@@ -69,6 +71,7 @@ def bind_others() -> None:
     responses.bind()
     dipole_wrenches.bind()
     eddy_wrenches.bind()
+    hysteresis.bind()
     _all_forces.bind()
     memory.bind_variable("magmotor_forces_address", _address)
     memory.bind_compiled("magmotor_apply_forces", _forward())
@@ -109,7 +112,7 @@ def _forward(checksum: int):
     def forward(model, data, table, kinds, applied, generalized, later, error):
         _ = checksum
         arguments = model, data, table, kinds, applied, generalized, later, error
-        if kinds >= 0 and kinds & (FIELDS | COILS | IRON | SHAPES | CONDUCTORS):
+        if kinds >= 0 and kinds & (FIELDS | COILS | IRON | SHAPES | CONDUCTORS | HYSTERESIS):
             # Others than dipoles are compiled when a first model has them.
             if _all_are_ready():
                 return _all(arguments)

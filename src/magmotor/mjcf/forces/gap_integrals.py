@@ -4,7 +4,8 @@ With w = (1 - (d/D)^2)^2/(1 + (d/delta)^2), they are
 
     P = int s(c) w(d)/d dS,  A = int s(c) w(d) dS
 
-over points on the surface of one piece. The distance d from the other one is kept above zero, c is
+over points on the surface of one piece. The distance d from the other one, or from one of its geoms,
+is kept above zero, c is
 the cosine of the angle between the surfaces, s is a smooth step, delta is `WIDTH` and D is `REACH`
 times the radius of the balls of charge at nodes.
 """
@@ -17,14 +18,15 @@ from magmotor.mjcf.forces.distances import distance_from_geom
 from magmotor.mjcf.forces.faces import step
 from magmotor.mjcf.forces.iron_pieces import (
     EXTENT,
-    FRAME,
     POSITION,
     RADIUS,
     RESPONSE,
     center_of,
     radius_of_pair,
 )
+from magmotor.mjcf.forces.lifts import place_on_piece, to_world
 from magmotor.mjcf.forces.mirror import height_above
+from magmotor.mjcf.forces.threaded_iron import geoms_of, origin_of
 from magmotor.numerics.deferred import subroutine
 
 WIDTH, REACH, CLOSEST, TURN = 0.3, 1.7, 0.02, 0.01
@@ -34,47 +36,37 @@ bars end to end to 17 %, for any number of nodes."""
 
 
 @subroutine
-def _distance(state, other, x, y, z):
+def _distance(state, other, geom, x, y, z):
     """Return the distance of a point of the world from the second piece, and its gradient.
 
-    The gradient is along the axes of the world.
+    Of the piece, only one geom counts, or all if it is -1. The gradient is along the axes of the
+    world.
     """
     if other < 0:
         mirror = state.mirror
         return height_above(mirror, x, y, z), mirror[1], mirror[2], mirror[3]
     piece = state.pieces[other]
-    f, address = FRAME, int(piece[RESPONSE])
-    u, v, w = x - piece[POSITION], y - piece[POSITION + 1], z - piece[POSITION + 2]
-    x = piece[f] * u + piece[f + 3] * v + piece[f + 6] * w
-    y = piece[f + 1] * u + piece[f + 4] * v + piece[f + 7] * w
-    z = piece[f + 2] * u + piece[f + 5] * v + piece[f + 8] * w
-    words = memory.words(address, responses.START)
-    numbers = memory.numbers(address, 1, responses.START)[0]
-    first = address + 8 * (words[responses.KEY] + responses.MATERIAL)
-    geoms = memory.numbers(first, words[responses.GEOMS], responses.PER_GEOM)
-    c = responses.CENTER
-    x, y, z = x + numbers[c], y + numbers[c + 1], z + numbers[c + 2]
+    x, y, z = place_on_piece(piece, x, y, z)
+    (u, v, w), geoms = origin_of(piece), geoms_of(piece)
+    x, y, z = x + u, y + v, z + w
     best, gx, gy, gz = math.inf, 0.0, 0.0, 0.0
     for k in range(len(geoms)):
-        geom = geoms[k]
-        d = distance_from_geom(geom, x - geom[4], y - geom[5], z - geom[6])
-        if d[0] < best:
+        row = geoms[k]
+        d = distance_from_geom(row, x - row[4], y - row[5], z - row[6])
+        if (geom < 0 or geom == k) and d[0] < best:
             best, gx, gy, gz = d
-    return (
-        best, piece[f] * gx + piece[f + 1] * gy + piece[f + 2] * gz,
-        piece[f + 3] * gx + piece[f + 4] * gy + piece[f + 5] * gz,
-        piece[f + 6] * gx + piece[f + 7] * gy + piece[f + 8] * gz,
-    )  # fmt: skip
+    gx, gy, gz = to_world(piece, gx, gy, gz)
+    return best, gx, gy, gz
 
 
 @subroutine
-def gap_integrals(state, one, other, by_permeance, by_area):
+def gap_integrals(state, one, other, geom, by_permeance, by_area):
     """Return P and A, and the wrench on the first piece for slopes of the energy by both.
 
     The torque is about the center of the first piece.
     """
     piece = state.pieces[one]
-    f, address = FRAME, int(piece[RESPONSE])
+    address = int(piece[RESPONSE])
     words = memory.words(address, responses.START)
     points = memory.numbers(address + 8 * words[responses.POINT], 6, words[responses.POINTS])
     radius, reach = piece[RADIUS], math.inf
@@ -87,28 +79,19 @@ def gap_integrals(state, one, other, by_permeance, by_area):
     reach = (reach + most) * (reach + most)
     permeance = area = fx = fy = fz = tx = ty = tz = 0.0
     for k in range(points.shape[1]):
-        p, q, r = points[0, k], points[1, k], points[2, k]
-        p, q, r = (
-            piece[f] * p + piece[f + 1] * q + piece[f + 2] * r,
-            piece[f + 3] * p + piece[f + 4] * q + piece[f + 5] * r,
-            piece[f + 6] * p + piece[f + 7] * q + piece[f + 8] * r,
-        )
+        p, q, r = to_world(piece, points[0, k], points[1, k], points[2, k])
         x, y, z = piece[POSITION] + p, piece[POSITION + 1] + q, piece[POSITION + 2] + r
         square = (x - cx) * (x - cx) + (y - cy) * (y - cy) + (z - cz) * (z - cz)
         if square > reach:
             continue
-        d, dx, dy, dz = _distance(state, other, x, y, z)
+        d, dx, dy, dz = _distance(state, other, geom, x, y, z)
         if d > most:
             continue
         u, v, w = points[3, k], points[4, k], points[5, k]
         size = math.sqrt(u * u + v * v + w * w)
         scale = turn / size
-        a, b, c = (
-            scale * (piece[f] * u + piece[f + 1] * v + piece[f + 2] * w),
-            scale * (piece[f + 3] * u + piece[f + 4] * v + piece[f + 5] * w),
-            scale * (piece[f + 6] * u + piece[f + 7] * v + piece[f + 8] * w),
-        )
-        end, ex, ey, ez = _distance(state, other, x + a, y + b, z + c)
+        a, b, c = to_world(piece, scale * u, scale * v, scale * w)
+        end, ex, ey, ez = _distance(state, other, geom, x + a, y + b, z + c)
         cosine = (d - end) / turn
         if cosine <= 0.0:
             continue

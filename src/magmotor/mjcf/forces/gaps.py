@@ -43,16 +43,17 @@ from magmotor.mjcf.forces.iron_pieces import (
 from magmotor.mjcf.forces.iron_potentials import field_along_line, place_charges
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.shape_wrenches import add_both
+from magmotor.mjcf.forces.threaded_iron import geoms_of, potential_of_end
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
-ONE, OTHER, FLUX, RELUCTANCE, DRIVE, PERMEANCE, AREA, LOAD, LIMIT, COLUMNS = (
-    0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+ONE, OTHER, THROUGH, FLUX, RELUCTANCE, DRIVE, PERMEANCE, AREA, LOAD, LIMIT, COLUMNS = (
+    0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 )  # fmt: skip
-"""Columns of a gap: the pieces, the first of which is the smaller one, or -1 for the plane of iron;
-the flux over the scale of moments; R; the difference of the potentials of applied fields, at the
-centers, in T m; P and A; by how much the difference of potentials falls with the flux; the largest
-flux Phi_s, or 0 if there is none; and how many columns there are."""
+"""Columns of a gap: the pieces, the second of which is -1 for the plane of iron; the geom of that on
+which the flux goes through, or -1 for all; the flux over the scale of moments; R; the difference of
+potentials that nodes do not see, in T m; P and A; by how much the difference of potentials falls
+with the flux; the largest flux Phi_s, or 0 if there is none; and how many columns there are."""
 
 PER_PIECE = 8
 """Number of gaps for each piece, at most."""
@@ -63,29 +64,39 @@ STEPS = 60
 
 @subroutine
 def find_gaps(state, m, offsets):
-    """Write a row for each narrow gap; return how many there are."""
-    count = 0
-    for i in range(len(state.pieces)):
+    """Write a row for each narrow gap; return how many there are.
+
+    Points are on the smaller piece, unless that is in the bore of a coil. Then each of its geoms has
+    a gap of its own, since its potential depends on the end of the coil at which it is.
+    """
+    count, pieces = 0, state.pieces
+    for i in range(len(pieces)):
         for j in range(-1, i):
             one, other = i, j
-            if j >= 0 and state.pieces[j, EXTENT] < state.pieces[i, EXTENT]:
-                one, other = j, i
-            if count < len(state.gaps) and _is_gap(state, state.gaps[count], one, other):
-                _set_drive(state, state.gaps[count], m, offsets)
-                count += 1
+            if j >= 0 and pieces[i, THREADED] >= pieces[j, THREADED]:
+                smaller = pieces[j, EXTENT] < pieces[i, EXTENT]
+                if smaller or pieces[i, THREADED] > pieces[j, THREADED]:
+                    one, other = j, i
+            if not _are_near(state, one, other):
+                continue
+            split = other >= 0 and pieces[other, THREADED] != 0.0
+            for geom in range(len(geoms_of(pieces[other])) if split else 1):
+                gap = state.gaps[min(count, len(state.gaps) - 1)]
+                gap[ONE], gap[OTHER], gap[THROUGH], gap[FLUX] = one, other, -1.0, 0.0
+                if split:
+                    gap[THROUGH] = geom
+                if count < len(state.gaps) and _is_gap(state, gap):
+                    _set_drive(state, gap, m, offsets)
+                    count += 1
     return count
 
 
 @subroutine
-def _is_gap(state, gap, one, other):
-    """Write the row of a gap between two pieces; return whether there is any."""
+def _is_gap(state, gap):
+    """Complete the row of a gap between two pieces; return whether there is any."""
+    one, other = int(gap[ONE]), int(gap[OTHER])
     piece = state.pieces[one]
-    if (other < 0 and state.mirror[0] <= 0.0) or not _is_equipotential(piece):
-        return False
-    if other >= 0 and not _are_near(piece, state.pieces[other]):
-        return False
-    gap[ONE], gap[OTHER], gap[FLUX] = one, other, 0.0
-    sums = gap_integrals(state, one, other, 0.0, 0.0)
+    sums = gap_integrals(state, one, other, int(gap[THROUGH]), 0.0, 0.0)
     if sums[0] == 0.0:
         return False
     gap[PERMEANCE], gap[AREA] = sums[0], sums[1]
@@ -128,11 +139,17 @@ def _ends(state, gap):
 
 @subroutine
 def _set_drive(state, gap, m, offsets):
-    """Write the difference of the potentials of applied fields, which nodes see from the center."""
+    """Write the difference of potentials that nodes do not see: applied fields, ends of coils."""
     start, end = _ends(state, gap)
     gap[DRIVE] = 0.0
     for number in range(len(state.fields)):
         gap[DRIVE] += field_along_line(start, end, state.fields[number], m, offsets)[0]
+    piece = state.pieces[int(gap[OTHER])]
+    for k in range(len(state.sources) if gap[THROUGH] >= 0.0 else 0):
+        count = place_charges(state.room, nodes_of(state.nodes, piece), NO_MIRROR)
+        gap[DRIVE] += potential_of_end(
+            state.room, count, piece, int(gap[THROUGH]), start, state.sources[k]
+        )
 
 
 @subroutine
@@ -157,18 +174,17 @@ def _series(piece):
 
 
 @subroutine
-def _are_near(one, other):
-    """Whether the spheres around two pieces are so near that there may be a gap."""
-    (x, y, z), (u, v, w) = center_of(one), center_of(other)
+def _are_near(state, one, other):
+    """Whether there may be a gap between two pieces, or one and the plane of iron."""
+    first = state.pieces[one]
+    if other < 0:
+        return first[SUSCEPTIBILITY] > 0.0 and first[THREADED] == 0.0 and state.mirror[0] > 0.0
+    second = state.pieces[other]
+    (x, y, z), (u, v, w) = center_of(first), center_of(second)
     square = (x - u) * (x - u) + (y - v) * (y - v) + (z - w) * (z - w)
-    most = one[EXTENT] + other[EXTENT] + REACH * radius_of_pair(one, other)
-    return _is_equipotential(other) and square < most * most
-
-
-@subroutine
-def _is_equipotential(piece):
-    """Whether a piece attracts flux, and has one potential: in a coil, it depends on the path."""
-    return piece[SUSCEPTIBILITY] > 0.0 and piece[THREADED] == 0.0
+    most = first[EXTENT] + second[EXTENT] + REACH * radius_of_pair(first, second)
+    attract = first[SUSCEPTIBILITY] > 0.0 and second[SUSCEPTIBILITY] > 0.0
+    return attract and square < most * most and first[THREADED] == 0.0
 
 
 @subroutine
@@ -276,7 +292,7 @@ def _add_gap(state, gap, center, applied):
         by_area *= limit / (gap[AREA] * VACUUM_PERMEABILITY)
     by_reluctance = flux * flux / ((1.0 + root) * VACUUM_PERMEABILITY)
     by_permeance = -by_reluctance / (gap[PERMEANCE] * gap[PERMEANCE])
-    sums = gap_integrals(state, int(gap[ONE]), other, by_permeance, by_area)
+    sums = gap_integrals(state, int(gap[ONE]), other, int(gap[THROUGH]), by_permeance, by_area)
     add_both(
         int(one[BODY]), one[MOVES] > 0.0, body, moves, (*center_of(one), 0.0, 0.0, 0.0),
         (*sums[2:], 0.0), NO_MIRROR, 1.0, center, applied,

@@ -17,6 +17,7 @@ from magmotor.mjcf.forces.dipole_table import (
     dipole,
 )
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
+from magmotor.mjcf.forces.hysteresis import stored_energy
 from magmotor.mjcf.forces.induction import iron_energy
 from magmotor.mjcf.forces.iron_wrenches import energy_of_faces
 from magmotor.mjcf.forces.mirror import NOTHING, mirrored
@@ -59,7 +60,7 @@ def energy_of(state, m, offsets):
     if len(state.shapes) > 0:
         nothing = memory.numbers(0, 0, 3), memory.numbers(0, 0, 6)
         energy += add_shape_corrections(state, *nothing, True)
-    return energy
+    return energy + stored_energy(state.memories)
 
 
 @subroutine

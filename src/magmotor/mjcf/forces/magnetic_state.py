@@ -8,7 +8,15 @@ import numpy as np
 
 from magmotor.mjcf import layout, memory
 from magmotor.mjcf.declarations import table as declared
-from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
+from magmotor.mjcf.declarations.marks import (
+    COILS,
+    COUPLINGS,
+    DIPOLES,
+    FIELDS,
+    HYSTERESIS,
+    IRON,
+    SHAPES,
+)
 from magmotor.mjcf.declarations.model_numbers import moment_scale
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.error_numbers import BEHIND, NO_ERROR, OUTSIDE, UNANSWERED, UNSOLVED
@@ -37,6 +45,8 @@ from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
 from magmotor.mjcf.forces.gaps import COLUMNS as COLUMNS_OF_GAP
 from magmotor.mjcf.forces.gaps import PER_PIECE, find_gaps
+from magmotor.mjcf.forces.hysteresis import COLUMNS as COLUMNS_OF_MEMORY
+from magmotor.mjcf.forces.hysteresis import set_moments
 from magmotor.mjcf.forces.induction import charge_pieces
 from magmotor.mjcf.forces.iron_pieces import (
     COLUMNS,
@@ -67,10 +77,9 @@ class MagneticState(NamedTuple):
     `table` and `magnets` are described in `dipole_table.py`, `fields` in `applied_fields.py`,
     `mirror` in `mirror.py`, `pieces` and `nodes` in `iron_pieces.py`, and `shapes` in
     `shaped_magnets.py`; `sources` are these and, near iron, rows of all dipoles; `room` has the
-    rows of `charges.py`, for the charges of a magnet or the nodes of a piece; `gaps` are those of
-    `gaps.py`; `couplings` has rows
-    of two bodies and a factor, `scale` is that of the
-    moments (see `model_numbers.py`), and `error` is for `report`.
+    rows of `charges.py`, for the charges of a magnet or the nodes of a piece; `gaps` has those of
+    `gaps.py`; `couplings` has rows of two bodies and a factor, `memories` those of `hysteresis.py`,
+    `scale` is that of the moments (see `model_numbers.py`), and `error` is for `report`.
     """
 
     table: Any
@@ -83,6 +92,7 @@ class MagneticState(NamedTuple):
     shapes: Any
     sources: Any
     room: Any
+    memories: Any
     mirror: tuple[float, float, float, float, float]
     scale: float
     error: tuple[int, int, int]
@@ -100,6 +110,7 @@ class Sizes(NamedTuple):
     shapes: int
     nodes: int
     room: int
+    memories: int
 
 
 @subroutine
@@ -127,6 +138,7 @@ def _sizes(table, kinds, nodes, largest):
         shapes,
         nodes,
         max(largest, MOST if shapes > 0 else 0),
+        len(declared.memories(table)) if kinds & HYSTERESIS and count > 0 else 0,
     )
 
 
@@ -155,6 +167,7 @@ def _stack_words(sizes):
         + sizes.coils
         + COLUMNS_OF_SHAPE * _sources(sizes)
         + ROWS_OF_CHARGES * sizes.room
+        + COLUMNS_OF_MEMORY * sizes.memories
     )
 
 
@@ -204,20 +217,24 @@ def _room(d, sizes):
     sources = memory.numbers(place, _sources(sizes), COLUMNS_OF_SHAPE)
     place += 8 * COLUMNS_OF_SHAPE * _sources(sizes)
     room = memory.numbers(place, ROWS_OF_CHARGES, sizes.room)
-    return table, boundary, couplings, fields, pieces, nodes, gaps, drives, sources, room
+    place += 8 * ROWS_OF_CHARGES * sizes.room
+    memories = memory.numbers(place, sizes.memories, COLUMNS_OF_MEMORY)
+    return table, boundary, couplings, fields, pieces, nodes, gaps, drives, sources, room, memories
 
 
 @subroutine(forceinline=True)
 def read_dipoles(m, d, offsets, own, kinds):
     """Read dipoles and couplings only; the arguments are those of `read_state`."""
     sizes, scale = _sizes(own, kinds, 0, 0), moment_scale(own, m, offsets)
-    table, boundary, couplings, fields, pieces, nodes, gaps, drives, shapes, room = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, nodes, gaps, drives, shapes, room, memories = _room(
+        d, sizes
+    )
     read_couplings(couplings, own, m, offsets)
     magnets = gather(
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
     return MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, gaps, shapes, shapes, room,
+        table, magnets, couplings, fields, pieces, nodes, gaps, shapes, shapes, room, memories,
         NO_MIRROR, scale, NO_ERROR,
     )  # fmt: skip
 
@@ -234,7 +251,9 @@ def read_state(m, d, offsets, own, kinds):
     find_responses(unions, own, m, offsets)
     nodes, largest = count_nodes(unions)
     sizes = _sizes(own, kinds, nodes, largest)
-    table, boundary, couplings, fields, pieces, nodes, gaps, drives, sources, room = _room(d, sizes)
+    table, boundary, couplings, fields, pieces, nodes, gaps, drives, sources, room, memories = (
+        _room(d, sizes)
+    )
     read_couplings(couplings, own, m, offsets)
     read_fields(fields, scale, own, m, d, offsets)
     if sizes.coils > 0:
@@ -259,24 +278,25 @@ def read_state(m, d, offsets, own, kinds):
     if sizes.nodes < 0:
         error = UNANSWERED, unanswered_piece(unions, own), -1
     state = MagneticState(
-        table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room,
+        table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room, memories,
         mirror, scale, error,
     )  # fmt: skip
-    if len(pieces) > 0 and error[0] < 0:
+    if error[0] < 0 and len(pieces) > 0:
         error = set_outer_potentials(state, m, offsets)
         gaps = gaps[: find_gaps(state, m, offsets) if error[0] < 0 else 0]
         state = MagneticState(
-            table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room,
+            table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room, memories,
             mirror, scale, error,
         )  # fmt: skip
         worst = charge_pieces(state) if error[0] < 0 else -1
         if worst >= 0:
             error = UNSOLVED, int(pieces[worst, GEOM]), -1
-        state = MagneticState(
-            table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room,
-            mirror, scale, error,
-        )  # fmt: skip
-    return state
+    elif error[0] < 0 and len(memories) > 0:  # iron must not act, too
+        error = set_moments(state, own, m, d, offsets)
+    return MagneticState(
+        table, magnets, couplings, fields, pieces, nodes, gaps, shapes, sources, room, memories,
+        mirror, scale, error,
+    )  # fmt: skip
 
 
 @subroutine

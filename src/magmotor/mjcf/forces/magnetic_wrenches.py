@@ -27,6 +27,7 @@ from magmotor.mjcf.forces.dipole_table import (
 from magmotor.mjcf.forces.dipole_wrenches import add_dipole_wrenches, add_wrench
 from magmotor.mjcf.forces.eddy_wrenches import add_eddy_wrenches
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
+from magmotor.mjcf.forces.hysteresis import remember
 from magmotor.mjcf.forces.iron_wrenches import add_iron_wrenches
 from magmotor.mjcf.forces.magnetic_state import read_dipoles, read_state
 from magmotor.mjcf.forces.mirror import NOTHING
@@ -60,6 +61,8 @@ def set_magnetic_wrenches(m, d, offsets, own, kinds, applied, later):
             acting += _add_image_wrenches(state, center, applied)
         if error[0] < 0 and len(state.shapes) > 0:
             add_shape_corrections(state, center, applied, False)
+        if error[0] < 0 and len(state.memories) > 0 and not later:
+            remember(state.memories, state.scale, own, m, d, offsets)
         if error[0] < 0 and len(state.pieces) > 0:
             acting += add_iron_wrenches(state, m, offsets, center, applied)
         if error[0] < 0 and kinds & CONDUCTORS and len(conductors(own)) > 0:

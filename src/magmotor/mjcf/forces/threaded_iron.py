@@ -9,12 +9,12 @@ the wall of a pot.
 import math
 
 from magmotor.mjcf import memory
-from magmotor.mjcf.declarations.iron import CYLINDER
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.bores import END, axis_of, fits, is_in_bore, passes
+from magmotor.mjcf.forces.distances import distance_from_geom
 from magmotor.mjcf.forces.iron_pieces import FRAME, POSITION, RESPONSE, ellipsoid
 from magmotor.mjcf.forces.iron_unions import CLOSED
-from magmotor.mjcf.forces.shaped_magnets import COIL, in_frame
+from magmotor.mjcf.forces.shaped_magnets import COIL, POLARIZATION, in_frame
 from magmotor.numerics.deferred import subroutine
 
 ENDS = 8
@@ -38,7 +38,7 @@ def thread_piece(room, count, piece, coil):
     """
     if coil[COIL] == 0.0:
         return WIDE
-    geoms, ends = _geoms_of(piece), room[ENDS]
+    geoms, ends = geoms_of(piece), room[ENDS]
     number, found, wide = len(geoms), False, True
     for g in range(number):
         lengths, inside = _lengths_of(geoms[g]), False
@@ -65,7 +65,7 @@ def thread_piece(room, count, piece, coil):
 
 
 @subroutine
-def _geoms_of(piece):
+def geoms_of(piece):
     """Return the geoms of a piece, as its response knows them."""
     address = int(piece[RESPONSE])
     words = memory.words(address, responses.START)
@@ -81,7 +81,7 @@ def _lengths_of(geom):
 
 
 @subroutine
-def _center_of(piece):
+def origin_of(piece):
     """Return the center of a piece in the frame of its first geom."""
     numbers = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0]
     center = responses.CENTER
@@ -91,7 +91,7 @@ def _center_of(piece):
 @subroutine
 def _in_world(piece, x, y, z):
     """Return a point in the frame of the first geom in the world."""
-    u, v, w = _center_of(piece)
+    u, v, w = origin_of(piece)
     x, y, z, f, p = x - u, y - v, z - w, FRAME, POSITION
     return (
         piece[p] + piece[f] * x + piece[f + 1] * y + piece[f + 2] * z,
@@ -104,21 +104,32 @@ def _in_world(piece, x, y, z):
 def _nearest(piece, geoms, x, y, z):
     """Return the geom on which a node is."""
     x, y, z, f = x - piece[POSITION], y - piece[POSITION + 1], z - piece[POSITION + 2], FRAME
-    u, v, w = _center_of(piece)
+    u, v, w = origin_of(piece)
     u += piece[f] * x + piece[f + 3] * y + piece[f + 6] * z
     v += piece[f + 1] * x + piece[f + 4] * y + piece[f + 7] * z
     w += piece[f + 2] * x + piece[f + 5] * y + piece[f + 8] * z
     found, least = 0, math.inf
     for g in range(len(geoms)):
-        a, b, c = _lengths_of(geoms[g])
         p, q, r = u - geoms[g, PLACE], v - geoms[g, PLACE + 1], w - geoms[g, PLACE + 2]
-        if int(geoms[g, TYPE]) == CYLINDER:
-            height = max(math.sqrt(p * p + q * q) - a, abs(r) - c)
-        else:
-            height = max(abs(p) - a, abs(q) - b, abs(r) - c)
+        height = distance_from_geom(geoms[g], p, q, r)[0]
         if height < least:
             found, least = g, height
     return found
+
+
+@subroutine
+def potential_of_end(room, count, piece, geom, place, coil):
+    """Return the potential psi of a coil on a geom of a piece whose nodes are in the room.
+
+    A geom in the bore has that of the end at which a place is.
+    """
+    if coil[COIL] == 0.0 or thread_piece(room, count, piece, coil) != INSIDE:
+        return 0.0
+    (axis, half), end = axis_of(coil), room[ENDS, geom]
+    if end == 0.0:
+        x, y, z = in_frame(coil, place[0], place[1], place[2])
+        end = math.copysign(1.0, x if axis == 0 else (y if axis == 1 else z))
+    return -coil[POLARIZATION + axis] * half * end
 
 
 @subroutine

@@ -40,7 +40,7 @@ from magmotor.mjcf.langevin.prepared import prepared_lone_bodies, prepared_tree
 from magmotor.mjcf.langevin.relaxation import Sampling, unsettled
 from magmotor.mjcf.langevin.samples import LangevinDiverged, dataset_of, read_sampling
 from magmotor.mjcf.langevin.splitting_loop import compiled
-from magmotor.mjcf.langevin.supported import check_conductors, check_numbers
+from magmotor.mjcf.langevin.supported import check_losses, check_numbers
 from magmotor.mjcf.langevin.tree import Room, room_for
 from magmotor.mjcf.lookup import potential_checksum
 from magmotor.mjcf.unit_system import declares_units
@@ -183,7 +183,7 @@ class Langevin:
         check_type("model", model, mujoco.MjModel)
         check_choice("splitting", splitting, tuple(LANGEVIN))
         check_numbers(model)
-        check_conductors(model)
+        check_losses(model)
         self.model, self.timestep, self.splitting = model, model.opt.timestep, splitting
         self._scheme, self._lone = LANGEVIN[splitting], kT is None
         self._steps = "S" in self._scheme.parts

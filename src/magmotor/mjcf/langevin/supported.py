@@ -15,7 +15,7 @@ from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.mjcf import declared
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations import marks
-from magmotor.mjcf.declarations.table import CONDUCTORS
+from magmotor.mjcf.declarations.table import CONDUCTORS, MEMORIES
 from magmotor.mjcf.langevin.friction import (
     AFFINE,
     ON_JOINTS,
@@ -80,14 +80,18 @@ def check_numbers(model: mujoco.MjModel) -> None:
         check_array(f"{label(model, 'body', body)}: user", model.body_user[body])
 
 
-def check_conductors(model: mujoco.MjModel) -> None:
-    """Check that no eddy currents brake, of which the friction has no noise here."""
-    rows = declared.rows(model, CONDUCTORS) if acting_forces(model) & marks.CONDUCTORS else ()
-    for row in rows:
-        raise InputError(
-            f"{label(model, 'tuple', row.tuple)}: Langevin has no noise for the friction of eddy"
-            " currents; leave the word conductors out of the mark"
-        )
+def check_losses(model: mujoco.MjModel) -> None:
+    """Check that neither eddy currents nor hysteresis brake, for which there is no noise here."""
+    for word, section, loss in (
+        ("conductors", CONDUCTORS, "the friction of eddy currents"),
+        ("hysteresis", MEMORIES, "hysteresis"),
+    ):
+        acts = acting_forces(model) & marks.WORDS[word]
+        for row in declared.rows(model, section) if acts else ():
+            raise InputError(
+                f"{label(model, 'tuple', row.tuple)}: Langevin has no noise for {loss}; leave the"
+                f" word {word} out of the mark"
+            )
 
 
 def check_tree(model: mujoco.MjModel) -> None:

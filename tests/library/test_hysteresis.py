@@ -1,0 +1,450 @@
+"""Dipoles with hysteresis: loops by a minimum of energy, loss per cycle, energy, and their memory.
+
+The judge knows no play: it finds the moment that minimizes the energy in the field, what the dipole
+stores, and the heat of the change (`minimum`).
+"""
+
+import copy
+import math
+
+import mujoco
+import mujoco.rollout
+import numpy as np
+import pytest
+from refusals import misdeclared, refused
+from scipy.optimize import brentq, minimize_scalar
+
+import magmotor as mm
+
+MU0 = 4e-7 * math.pi
+COERCIVITY, REMANENCE, MOMENT = 12.0, 0.16, 1.5e-3
+B_C = MU0 * COERCIVITY
+B_K = B_C * math.sqrt(1 / REMANENCE**2 - 1)
+EARTH = 4e-5
+
+PLUGIN = '<plugin plugin="magmotor.forces"><instance name="magnets"/></plugin>'
+MODEL = """
+<mujoco>
+  <option gravity="0 0 0" timestep="{timestep}" integrator="{integrator}"/>
+  <extension>{plugin}</extension>
+  <custom>
+    <text name="magmotor" data="{act}"/>{more}
+    <numeric name="field" data="{field}"/>
+    <numeric name="loop" data="{loop}"/>
+    <tuple name="hysteresis"><element objtype="numeric" objname="loop"/>{rods}</tuple>
+  </custom>
+  <worldbody>{bodies}</worldbody>
+  <actuator>{actuators}</actuator>
+</mujoco>"""
+ROD = '<element objtype="site" objname="{}"/>'
+SATELLITE = f"""
+<body name="satellite"><joint type="hinge" axis="0 0 1"/>
+  <geom type="box" size=".05 .05 .05" mass="1"/>
+  <site name="rod" zaxis="1 0 0" user="{MOMENT}"/></body>"""
+DRIVEN = """
+<numeric name="field_across" data="0 1e-5 0"/>
+<tuple name="field"><element objtype="numeric" objname="field"/>
+  <element objtype="actuator" objname="current"/></tuple>"""
+CURRENT = '<general name="current" joint="lock" gainprm="0"/>'
+LOCKED = f"""
+<body><joint name="lock" type="hinge" axis="0 0 1" armature="1e9"/><geom size=".05"/>
+  <site name="rod" zaxis="1 0 0" user="{MOMENT}"/></body>"""
+
+
+def loaded(bodies=SATELLITE, rods=("rod",), **options):
+    given = {
+        "timestep": 0.01, "integrator": "RK4", "plugin": PLUGIN, "act": "dipoles fields hysteresis",
+        "more": "", "field": f"{EARTH} 0 0", "loop": f"{COERCIVITY} {REMANENCE}", "actuators": "",
+    } | options  # fmt: skip
+    named = "".join(map(ROD.format, rods))
+    model = mujoco.MjModel.from_xml_string(MODEL.format(bodies=bodies, rods=named, **given))
+    return model, mujoco.MjData(model)
+
+
+def moment_of(play):
+    return MOMENT * play / np.hypot(play, B_K)
+
+
+def stored(moment):
+    return MOMENT * B_K * (1 - math.sqrt(1 - (moment / MOMENT) ** 2))
+
+
+def minimum(field, before):
+    """The moment of least energy in a field, after another moment."""
+
+    def energy(moment):
+        return stored(moment) - field * moment + B_C * abs(moment - before)
+
+    parts = [(-MOMENT, before), (before, MOMENT)]
+    found = [
+        minimize_scalar(energy, bounds=part, method="bounded", options={"xatol": 1e-13})
+        for part in parts
+    ]
+    return min([*(each.x for each in found), before], key=energy)
+
+
+def driven(fields):
+    """The moments of a fixed rod whose field is stepped through values, by its torque across."""
+    model, data = loaded(LOCKED, more=DRIVEN, field="1 0 0", actuators=CURRENT)
+    moments = []
+    for data.ctrl[0] in fields:
+        mujoco.mj_step(model, data)
+        moments.append(data.qfrc_passive[0] / 1e-5)
+    return np.array(moments)
+
+
+def test_major_and_minor_loops_are_minima_of_energy():
+    """Random turning points, of steps far beyond the coercivity, and small ones."""
+    fields = np.random.default_rng(5).normal(size=300) * np.repeat([3e-4, 4e-5, 1e-5], 100)
+    expected, moment = [], 0.0
+    for field in fields:
+        moment = minimum(field, moment)
+        expected.append(moment)
+    assert abs(driven(fields) - expected).max() < 1e-7 * MOMENT  # 1e-8
+
+
+def test_the_major_loop_has_the_numbers_that_are_given():
+    up = np.linspace(-1.0, 1.0, 2001)  # T, far beyond saturation
+    moments = driven([*up, *up[::-1], 0.0, B_C])
+    assert moments[2000] == pytest.approx(MOMENT, rel=1e-8, abs=0)
+    assert moments[-2] == pytest.approx(-REMANENCE * MOMENT, rel=1e-12, abs=0)
+    assert abs(moments[-1]) < 1e-15 * MOMENT
+
+
+@pytest.mark.parametrize("amplitude", [1.5 * B_C, 5 * B_C, 1e4 * B_C])
+def test_a_cycle_loses_the_area_of_its_loop(amplitude):
+    """In strong fields, four times the coercivity and the moment at saturation."""
+    angle = np.linspace(0, 4 * math.pi, 200_001)
+    fields = amplitude * np.sin(angle)
+    moments = driven(fields)[100_000:]
+    loss = -np.trapezoid(moments, fields[100_000:])
+    exact = 4 * B_C * moment_of(amplitude - B_C)
+    assert loss == pytest.approx(exact, rel=1e-8, abs=0)  # 9e-10
+    if amplitude > 1e3 * B_C:
+        assert exact == pytest.approx(4 * B_C * MOMENT, rel=1e-6, abs=0)
+
+
+@pytest.mark.parametrize("speed", [0.5, 2.0])
+def test_a_satellite_loses_its_spin_to_a_torque_that_no_speed_changes(speed):
+    """J dw/dt is minus the loss per turn over 2 pi."""
+    turns, inertia = 3, 1 / 6 * 0.1**2
+    model, data = loaded(timestep=2 * math.pi / speed / 1000)
+    data.qvel[0] = speed
+    mujoco.mj_step(model, data, nstep=1000)  # on the loop
+    before = data.qvel[0]
+    mujoco.mj_step(model, data, nstep=1000 * turns)
+    torque = inertia * (data.qvel[0] - before) / (2 * math.pi * turns / speed)
+    exact = -4 * B_C * moment_of(EARTH - B_C) / (2 * math.pi)
+    assert torque == pytest.approx(exact, rel=1e-3, abs=0)  # 1e-4
+
+
+def heat_of(before, after):
+    return B_C * float(np.abs(moment_of(after) - moment_of(before)).sum())
+
+
+def test_what_motion_loses_is_heat():
+    """To the order of RK4, except where the play begins and ends to move."""
+    lost = []
+    for timestep in (0.5, 0.25):
+        model, data = loaded(timestep=timestep)
+        data.qvel[0], heat = 0.1, 0.0
+        total = []
+        for _ in range(round(40 / timestep)):
+            mujoco.mj_forward(model, data)
+            before, now = data.plugin_state[0], data.plugin_state[1]
+            heat += heat_of(before, now)
+            kinetic = 0.5 / 6 * 0.1**2 * data.qvel[0] ** 2
+            total.append(kinetic + mm.magnetic_energy(model, data) + heat)
+            mujoco.mj_step(model, data)
+            assert data.plugin_state[0] == now  # whatever the stages of RK4 have seen
+        lost.append(np.ptp(total))
+        assert heat > 1e-8
+    assert lost[0] < 1e-3 * heat  # 8e-5
+    assert lost[1] < lost[0] / 3
+
+
+BAR = '<site pos=".03 0 .01" zaxis="1 0 1" user=".3"/>'
+
+
+def test_a_rod_feels_the_magnets_of_its_own_body():
+    """And fields that are fixed to it, but no other rods; the energy has them, too."""
+    twin = '<site name="twin" pos="0 .001 0" zaxis="1 0 0" user="1"/>'
+    bar = '<site pos=".1 0 0" zaxis="1 0 0" user=".5"/></body>'
+    bodies = SATELLITE.replace("<site", f"{twin}<site").replace("</body>", bar)
+    fixed = """
+    <numeric name="field_of_coil" data="2e-5 0 0"/>
+    <tuple name="field"><element objtype="numeric" objname="field_of_coil"/>
+      <element objtype="body" objname="satellite"/></tuple>"""
+    model, data = loaded(bodies, ("rod", "twin"), field="0 0 1e-5", more=fixed)
+    mujoco.mj_forward(model, data)
+    own = MU0 * 0.5 / (2 * math.pi * 0.1**3) + 2e-5
+    play = own - B_C
+    assert data.plugin_state[3] == pytest.approx(play, rel=5e-11, abs=0)  # 2e-12
+    moment = moment_of(play)
+    model.site_user[0] = 0.0
+    energy = stored(moment) - moment * own
+    assert mm.magnetic_energy(model, data) == pytest.approx(energy, rel=5e-11, abs=0)
+    assert not data.qfrc_passive.any()
+
+
+def crowd():
+    """Two rods on free bodies, a magnet of true shape and a dipole that moves, in a gradient."""
+    free = (
+        '<body pos="{}" quat="{}"><freejoint/><geom size=".004" contype="0" mass=".01"/>{}</body>'
+    )
+    rod = '<site name="{}" pos=".002 .001 0" zaxis="1 2 0" user="{}"/>'
+    disk = '<geom type="cylinder" size=".01 .003" user="0 .1 1.2" contype="0" mass=".01"/>'
+    rods = rod.format("rod", MOMENT) + rod.format("more", 2e-3)
+    return "".join((
+        free.format("0 0 0", "1 .2 .3 .1", rods + BAR),
+        free.format(".02 .01 .015", ".2 1 .3 .1", rod.format("other", -MOMENT)),
+        free.format(".01 -.02 .02", "1 0 .3 .1", disk),
+        free.format("-.03 .01 .02", "1 0 .3 .1", '<site user="1e-3"/>'),
+    ))  # fmt: skip
+
+
+def test_forces_are_the_derivatives_of_the_least_energy():
+    """Of the energy, and of the heat that a change from what the rods remember would be."""
+    model, data = loaded(
+        crowd(), ("rod", "more", "other"), act="dipoles fields magnets hysteresis",
+        field="1e-5 2e-5 0 1e-3 0 2e-3 0 0", loop="2000 0.3",
+    )  # fmt: skip
+    coercivity, knee = MU0 * 2000, MU0 * 2000 * math.sqrt(1 / 0.09 - 1)
+    sites = np.array([0, 1, 3])
+    saturation = np.abs(model.site_user[sites, 0])
+    data.plugin_state[2 * sites] = before = np.array([1e-3, -2e-3, 3e-3])
+
+    def energy():
+        mujoco.mj_forward(model, data)
+        moments = [
+            saturation * g / np.hypot(g, knee) for g in (before, data.plugin_state[2 * sites + 1])
+        ]
+        return mm.magnetic_energy(model, data) + coercivity * np.abs(moments[1] - moments[0]).sum()
+
+    energy()
+    force, start, moved = data.qfrc_passive.copy(), data.qpos.copy(), np.zeros(model.nv)
+    assert (data.plugin_state[2 * sites + 1] != before).all()
+    found = np.zeros(model.nv)
+    for k in range(model.nv):
+        for step in (-1e-6, 1e-6):
+            data.qpos[:], moved[:] = start, 0.0
+            moved[k] = step
+            mujoco.mj_integratePos(model, data.qpos, moved, 1.0)
+            found[k] -= math.copysign(1.0, step) * energy() / 2e-6
+    assert abs(found - force).max() < 1e-6 * abs(force).max()
+
+
+def in_line(distance):
+    """Two rods on one line, each on a body of its own, and the field of one at saturation."""
+    body = '<body name="{0}" pos="{0} 0 0"><freejoint/><geom size=".004" contype="0"/>{1}</body>'
+    rod = '<site name="{}" zaxis="1 0 0" user="{}"/>'
+    bodies = body.format(0, rod.format("rod", MOMENT))
+    bodies += body.format(distance, rod.format("other", MOMENT))
+    return bodies, MU0 / (2 * math.pi) * MOMENT / distance**3
+
+
+def test_rods_magnetize_each_other():
+    distance = 0.03
+    bodies, mutual = in_line(distance)
+    model, data = loaded(bodies, ("rod", "other"))
+    mujoco.mj_forward(model, data)
+    gap = lambda play: EARTH - B_C + mutual * moment_of(play) / MOMENT - play  # noqa: E731
+    play = brentq(gap, 0, 1, xtol=1e-18, rtol=1e-14)
+    assert play > 1.1 * (EARTH - B_C)
+    assert data.plugin_state[1::2] == pytest.approx([play, play], rel=1e-11, abs=0)
+    force = 3 * MU0 * moment_of(play) ** 2 / (2 * math.pi * distance**4)
+    assert data.qfrc_passive[0] == pytest.approx(force, rel=1e-10, abs=0)
+    apart, data = loaded(bodies, ("rod", "other"), more=COUPLING, act="all")
+    mujoco.mj_forward(apart, data)
+    assert data.plugin_state[1] == EARTH - B_C
+
+
+COUPLING = """
+<tuple name="coupling"><element objtype="body" objname="0"/>
+  <element objtype="body" objname="0.03"/></tuple>"""
+
+
+def test_moments_that_do_not_settle_are_an_error():
+    """Where each rod is on the brink of magnetizing the other one without a field."""
+    distance = (MU0 / (2 * math.pi) * MOMENT / B_K) ** (1 / 3)
+    bodies, mutual = in_line(distance)
+    assert mutual == pytest.approx(B_K, rel=1e-12, abs=0)
+    with pytest.raises(ValueError, match="site 1 'other' is too near another one"):
+        loaded(bodies, ("rod", "other"), field=f"{B_C * (1 + 1e-9)!r} 0 0")
+
+
+def test_at_rest_nothing_changes():
+    """However often forces are computed; a step without motion remembers what they are."""
+    model, data = loaded()
+    mujoco.mj_forward(model, data)
+    first = data.plugin_state.copy(), data.qfrc_passive.copy(), mm.magnetic_energy(model, data)
+    assert first[0].tolist() == [0.0, pytest.approx(EARTH - B_C, rel=1e-15, abs=0)]
+    for _ in range(3):
+        mujoco.mj_forward(model, data)
+        assert mm.magnetic_energy(model, data) == first[2]
+    assert data.plugin_state.tolist() == first[0].tolist()
+    mujoco.mj_step(model, data, nstep=5)
+    assert data.plugin_state.tolist() == 2 * [first[0][1]]
+    assert data.qfrc_passive.tolist() == first[1].tolist() == [0.0]
+
+
+def spun(model, data, steps):
+    mujoco.mj_step(model, data, nstep=steps)
+    return [*data.qpos, *data.qvel, *data.plugin_state]
+
+
+def test_the_memory_is_a_part_of_the_state():
+    model, data = loaded(integrator="Euler")
+    data.qvel[0] = 1.0
+    mujoco.mj_step(model, data, nstep=400)
+    kind = int(mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, state, kind)
+    others = [copy.copy(data), mujoco.MjData(model), mujoco.MjData(model)]
+    mujoco.mj_setState(model, others[1], state, kind)
+    mujoco.mj_forward(model, others[1])
+    others[2].qpos[:], others[2].qvel[:] = data.qpos, data.qvel
+    states, _ = mujoco.rollout.rollout(model, mujoco.MjData(model), state[None], nstep=20)
+    expected = spun(model, data, 20)
+    assert spun(model, others[0], 20) == spun(model, others[1], 20) == expected
+    assert spun(model, others[2], 20) != expected  # which knows nothing
+    assert states[0, -1, 1:].tolist() == expected  # without the time
+    mujoco.mj_resetData(model, data)
+    assert data.plugin_state.tolist() == [0.0, 0.0]
+    mujoco.mj_setState(model, data, state, kind)
+    mujoco.mjd_transitionFD(model, data, 1e-6, True, np.empty((2, 2)), None, None, None)
+    assert spun(model, data, 20) == expected
+
+
+def test_euler_and_rk4_agree_to_first_order():
+    ends = {}
+    for steps in (400, 800):
+        for integrator in ("Euler", "RK4"):
+            model, data = loaded(timestep=10 / steps, integrator=integrator)
+            data.qvel[0] = 1.0
+            ends[integrator, steps] = np.array(spun(model, data, steps)[:2])
+    reference = ends["RK4", 800]
+    errors = [abs(ends["Euler", steps] - reference).max() for steps in (400, 800)]
+    assert errors[0] < 1e-6  # 6e-8
+    assert errors[1] < 0.6 * errors[0]  # 0.5
+    assert abs(ends["RK4", 400] - reference).max() < 0.2 * errors[1]  # 0.07
+
+
+def test_what_has_none_has_the_same_bits_and_no_state():
+    """The word alone changes nothing, nor do tuples without the word."""
+    runs = []
+    for act, hidden in (("dipoles fields", ""), ("all", ""), ("dipoles fields", "hysteresis")):
+        spec = mujoco.MjSpec.from_string(
+            MODEL.format(
+                bodies=SATELLITE, rods=ROD.format("rod"), timestep=0.01, integrator="RK4",
+                plugin=PLUGIN, act=act, more="", field=f"{EARTH} 0 1e-5", loop="12 0.16",
+                actuators="",
+            )
+        )  # fmt: skip
+        spec.tuples[0].name = hidden or "rods"
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        data.qvel[0] = 1.0
+        mujoco.mj_step(model, data, nstep=100)
+        runs.append([*data.qpos, *data.qvel])
+        assert model.npluginstate == (2 if hidden else 0)
+    assert runs[0] == runs[1] == runs[2]
+
+
+def test_other_units_give_the_same_motion():
+    """In mm instead of m, which flux densities do not have."""
+    ends = []
+    for per in (1, 1000):
+        bodies = f"""
+        <body><joint type="hinge" axis="0 0 1" armature="{1e-3 * per**2!r}"/>
+          <geom size=".01" mass="1e-9"/>
+          <site name="rod" zaxis="1 0 0" user="{MOMENT * per**2!r}"/></body>"""
+        model, data = loaded(
+            bodies, loop=f"{COERCIVITY / per!r} {REMANENCE}",
+            more=f'<numeric name="magnetic_constant" data="{MU0 * per!r}"/>',
+        )  # fmt: skip
+        data.qvel[0] = 1.0
+        ends.append(spun(model, data, 300))
+    assert ends[0] == pytest.approx(ends[1], rel=1e-9, abs=0)
+
+
+def test_what_is_said_of_rods():
+    model, data = loaded()
+    found = mm.describe(model)
+    assert found.acting == ("dipoles", "fields", "hysteresis")
+    assert found.hysteresis == {"rod": (COERCIVITY, REMANENCE)}
+    assert "hysteresis: rod 12 A/m, remanence 0.16 of saturation" in repr(found)
+    assert not mm.check(model, data).findings
+
+
+def test_a_spec_gets_them():
+    spec = mujoco.MjSpec.from_string(f"<mujoco><worldbody>{SATELLITE}</worldbody></mujoco>")
+    mm.add_field(spec, [EARTH, 0, 0])
+    mm.add_hysteresis(spec, [spec.site("rod")], COERCIVITY, REMANENCE)
+    for ratio in (0, 1):
+        with refused("remanence"):
+            mm.add_hysteresis(spec, [spec.site("rod")], 1, ratio, name="hysteresis 2")
+    model = spec.compile()
+    assert mm.describe(model).hysteresis == {"rod": (COERCIVITY, REMANENCE)}
+    assert model.npluginstate == 2
+
+
+@pytest.mark.parametrize("loop", [[0.0, 0.5], [1.0, 0.0], [1.0, 1.0], [math.inf, 0.5]])
+def test_loops_have_a_coercivity_and_a_remanence(loop):
+    model, _ = loaded()
+    first = model.numeric("loop").id
+    start = model.numeric_adr[first]
+    model.numeric_data[start : start + 2] = loop
+    with misdeclared("loop", first):
+        mm.describe(model)
+
+
+COIL = """
+<tuple name="coil"><element objtype="actuator" objname="current"/>
+  <element objtype="site" objname="rod"/></tuple>"""
+IRON = """
+<numeric name="steel" data="1000"/>
+<tuple name="iron"><element objtype="numeric" objname="steel"/>
+  <element objtype="geom" objname="{}"/></tuple>"""
+SHAPES = '<geom name="floor" type="plane" pos="0 0 -1" size="1 1 1"/><geom name="ball" size=".01"/>'
+
+
+@pytest.mark.parametrize(
+    ("sentence", "changes"),
+    [
+        ("element 2, site 'rod', is also named by", {"rods": ("rod", "rod")}),
+        ("must name a numeric, its loop, and a site", {"rods": ()}),
+        ("is also driven by coil tuple", {"more": COIL, "bodies": LOCKED, "actuators": CURRENT}),
+        ("iron, such as geom 0 'floor', must", {"more": IRON.format("floor")}),
+        ("iron, such as geom 1 'ball', must", {"more": IRON.format("ball")}),
+        (
+            "as body 1 'satellite' does",
+            {"bodies": SATELLITE.replace("><j", " user='1 0 0 0 0 0'><j")},
+        ),
+        ("between 0 and 1", {"loop": "12"}),
+    ],
+)
+def test_what_cannot_be_is_an_error(sentence, changes):
+    given = {"bodies": SHAPES + SATELLITE} | changes
+    with pytest.raises(ValueError, match=sentence):
+        loaded(**given, act="all")
+    loaded(**given, act="dipoles fields")
+
+
+def test_the_block_stores_nothing():
+    model, data = loaded(plugin="")
+    with misdeclared("unstored", 0):
+        mm.describe(model)
+    with (
+        mm.magnetism(),
+        pytest.raises(mujoco.FatalError, match=r"the plugin magmotor\.forces stores"),
+    ):
+        mujoco.mj_step(model, data)
+
+
+def test_what_has_no_noise_or_potential_for_them_says_so():
+    model, _ = loaded()
+    with pytest.raises(ValueError, match="Langevin has no noise for hysteresis"):
+        mm.Langevin(model, kT=1e-20)
+    with pytest.raises(ValueError, match="leave the word hysteresis out of the mark"):
+        mm.metropolis(model, kT=1e-20, samples=2)
