@@ -4,13 +4,18 @@ The charges on both sides of a narrow gap nearly cancel each other, and nodes th
 than the gap is wide do not see how nearly. A piece of iron is almost an equipotential, so that what
 they miss is one number for a gap: the flux Phi from one piece to the other. It leaves a net charge
 -Phi on the first piece and Phi on the second one, distributed as on conductors. The energy of the
-gap is that of a reluctance that saturates,
+gap is Phi^2 (1/P + R)/(2 mu0), where P is the permeance that nodes miss; see `gap_permeances.py`.
+R = (B/B_s)^4 L^2/(3 V) is zero but where an applied field B along the line between the centers is
+so strong that it saturates both pieces, which are no equipotentials then; L and V are the length
+and the volume of the first one. The energy of a net charge Q of a piece is
 
-    V(Phi) = R Phi_s^2 (1 - sqrt(1 - (Phi/Phi_s)^2))/mu0,  R = 1/P + R_1 + R_2,  Phi_s = mu0 M_s A,
+    W = Q (psi + Q/(2 C) + nu L^2 Q/(6 V))/mu0,
 
-or R Phi^2/(2 mu0) without saturation. Here, R_1 and R_2 are reluctances of the pieces, P is the
-permeance that nodes miss, and A is the area of the gap; see `gap_integrals.py`. Phi makes the
-energy of all iron stationary, so that the forces are those on the charges and the derivatives of V.
+where psi is the potential of everything else, averaged as charges are on a conductor, and C is its
+capacity. The last term is that of flux through a bar with the length L and the volume V of the
+piece, and with its reluctivity nu, so that the piece saturates by both kinds of flux together; see
+`induction.py`. Phi makes the energy of all iron stationary, so that the forces are those on the
+charges and the derivatives of the energy by P.
 """
 
 import math
@@ -20,7 +25,7 @@ from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
 from magmotor.mjcf.forces.charge_pairs import add_potentials
-from magmotor.mjcf.forces.gap_integrals import REACH, gap_integrals
+from magmotor.mjcf.forces.gap_permeances import REACH, gap_permeance
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     CHARGE,
@@ -28,16 +33,19 @@ from magmotor.mjcf.forces.iron_pieces import (
     MODE,
     MOVES,
     NET,
+    OPPOSED,
     POTENTIAL,
     RADIUS,
     RESPONSE,
     SATURATION,
+    STIFFNESS,
     SUSCEPTIBILITY,
     THREADED,
     WELD,
     center_of,
     nodes_of,
     radius_of_pair,
+    reluctance_of,
     response_rows,
 )
 from magmotor.mjcf.forces.iron_potentials import field_along_line, place_charges
@@ -47,27 +55,25 @@ from magmotor.mjcf.forces.threaded_iron import geoms_of, potential_of_end
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
 
-ONE, OTHER, THROUGH, FLUX, RELUCTANCE, DRIVE, PERMEANCE, AREA, LOAD, LIMIT, COLUMNS = (
-    0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
-)  # fmt: skip
-"""Columns of a gap: the pieces, the second of which is -1 for the plane of iron; the geom of that on
-which the flux goes through, or -1 for all; the flux over the scale of moments; R; the difference of
-potentials that nodes do not see, in T m; P and A; by how much the difference of potentials falls
-with the flux; the largest flux Phi_s, or 0 if there is none; and how many columns there are."""
+ONE, OTHER, THROUGH, FLUX, DRIVE, PERMEANCE, RELUCTANCE, SLOPE, LOAD, COLUMNS = range(10)
+"""Columns of a gap: the pieces, the second of which is -1 for the plane of iron; the geom of that
+piece through which the flux goes, or -1 for all; the flux over the scale of moments; the difference
+of potentials that nodes do not see, in T m; P; 1/P + R, and the slope of R by the drive; by how
+much the difference of potentials falls with the flux; and how many columns there are."""
 
 PER_PIECE = 8
 """Number of gaps for each piece, at most."""
 
-STEPS = 60
-"""Number of steps for the flux that is never reached."""
+FULL, STRONG = 0.99, 0.25
+"""Largest net charge of a piece that saturates, over that which saturates it; and B_s/(mu0 M_s)."""
 
 
 @subroutine
 def find_gaps(state, m, offsets):
     """Write a row for each narrow gap; return how many there are.
 
-    Points are on the smaller piece, unless that is in the bore of a coil. Then each of its geoms has
-    a gap of its own, since its potential depends on the end of the coil at which it is.
+    Points are on the smaller piece, unless that is in the bore of a coil. Each geom of such a piece
+    has a gap of its own, since its potential depends on the end of the coil at which it is.
     """
     count, pieces = 0, state.pieces
     for i in range(len(pieces)):
@@ -96,12 +102,10 @@ def _is_gap(state, gap):
     """Complete the row of a gap between two pieces; return whether there is any."""
     one, other = int(gap[ONE]), int(gap[OTHER])
     piece = state.pieces[one]
-    sums = gap_integrals(state, one, other, int(gap[THROUGH]), 0.0, 0.0)
-    if sums[0] == 0.0:
+    gap[PERMEANCE] = gap_permeance(state, one, other, int(gap[THROUGH]), 0.0)[0]
+    if gap[PERMEANCE] == 0.0:
         return False
-    gap[PERMEANCE], gap[AREA] = sums[0], sums[1]
-    series, load = _series(piece), 1.0 / _number(piece, responses.CAPACITY)
-    limit = piece[SATURATION]
+    load = 1.0 / _number(piece, responses.CAPACITY)
     own, row = nodes_of(state.nodes, piece), response_of(piece)[4]
     for k in range(own.shape[1]):
         own[MODE, k] = 0.0
@@ -111,17 +115,13 @@ def _is_gap(state, gap):
         add_potentials(state.room, own[MODE], own, row[:count], radius, factor)
     else:
         second = state.pieces[other]
-        series += _series(second)
         load += 1.0 / _number(second, responses.CAPACITY)
-        if limit == 0.0 or 0.0 < second[SATURATION] < limit:
-            limit = second[SATURATION]
         source, count = nodes_of(state.nodes, second), place_charges(state.room, own, NO_MIRROR)
         charges = response_of(second)[4][: source.shape[1]]
         add_potentials(state.room, own[MODE], source, charges, radius_of_pair(piece, second), -2.0)
     for k in range(count):
         load += row[k] * own[MODE, k]
-    gap[LOAD], gap[LIMIT] = load, VACUUM_PERMEABILITY * limit * gap[AREA]
-    gap[RELUCTANCE] = 1.0 / gap[PERMEANCE] + series
+    gap[LOAD] = load
     return True
 
 
@@ -138,18 +138,42 @@ def _ends(state, gap):
 
 
 @subroutine
+def _length(start, end):
+    """Return the distance of two points."""
+    x, y, z = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@subroutine
 def _set_drive(state, gap, m, offsets):
     """Write the difference of potentials that nodes do not see: applied fields, ends of coils."""
     start, end = _ends(state, gap)
     gap[DRIVE] = 0.0
     for number in range(len(state.fields)):
         gap[DRIVE] += field_along_line(start, end, state.fields[number], m, offsets)[0]
+    _set_reluctance(state, gap)
     piece = state.pieces[int(gap[OTHER])]
     for k in range(len(state.sources) if gap[THROUGH] >= 0.0 else 0):
         count = place_charges(state.room, nodes_of(state.nodes, piece), NO_MIRROR)
         gap[DRIVE] += potential_of_end(
             state.room, count, piece, int(gap[THROUGH]), start, state.sources[k]
         )
+
+
+@subroutine
+def _set_reluctance(state, gap):
+    """Let a strong applied field hinder the flux through a gap."""
+    one, gap[SLOPE] = state.pieces[int(gap[ONE])], 0.0
+    gap[RELUCTANCE], saturation = 1.0 / gap[PERMEANCE], one[SATURATION]
+    if gap[OTHER] >= 0.0:
+        second = state.pieces[int(gap[OTHER])][SATURATION]
+        if saturation == 0.0 or 0.0 < second < saturation:
+            saturation = second
+    if saturation > 0.0:
+        most = STRONG * VACUUM_PERMEABILITY * saturation * _length(*_ends(state, gap))
+        ratio, bar = gap[DRIVE] / most, reluctance_of(one)
+        gap[RELUCTANCE] += ratio * ratio * ratio * ratio * bar
+        gap[SLOPE] = 4.0 * ratio * ratio * ratio / most * bar
 
 
 @subroutine
@@ -163,14 +187,6 @@ def response_of(piece):
 def _number(piece, which):
     """Return a number of the response of a piece."""
     return memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0, which]
-
-
-@subroutine
-def _series(piece):
-    """Return the reluctance of a piece, that of a bar into which flux goes at one end."""
-    extent = piece[EXTENT]
-    volume = _number(piece, responses.VOLUME)
-    return 4.0 * extent * extent / (3.0 * piece[SUSCEPTIBILITY] * volume)
 
 
 @subroutine
@@ -189,27 +205,42 @@ def _are_near(state, one, other):
 
 @subroutine
 def update_flux(state, gap):
-    """Set the flux through a gap for the present potentials; return by how much it changes.
+    """Let the flux through a gap approach that for the present potentials; return its change.
 
-    The charges of both pieces follow.
+    This is a step of Newton's method. The charges of both pieces follow.
     """
-    one, last = state.pieces[int(gap[ONE])], gap[FLUX]
-    excess = gap[DRIVE] + _potential(state, one)
+    one = state.pieces[int(gap[ONE])]
+    excess = gap[DRIVE] + _potential(state, one) - gap[FLUX] * gap[RELUCTANCE]
+    slope, most = gap[LOAD] + gap[RELUCTANCE] + one[STIFFNESS], _most(one)
+    low, high = one[NET] - most, one[NET] + most
     if gap[OTHER] >= 0.0:
-        excess -= _potential(state, state.pieces[int(gap[OTHER])])
-    gap[FLUX] = _flux(gap, excess + gap[LOAD] * last)
-    change = gap[FLUX] - last
+        other = state.pieces[int(gap[OTHER])]
+        excess, slope = excess - _potential(state, other), slope + other[STIFFNESS]
+        most = _most(other)
+        low, high = max(low, -other[NET] - most), min(high, most - other[NET])
+        change = min(max(excess / slope, low), high)
+        _add_net(state, other, change)
+    else:
+        change = min(max(excess / slope, low), high)
     _add_net(state, one, -change)
-    if gap[OTHER] >= 0.0:
-        _add_net(state, state.pieces[int(gap[OTHER])], change)
+    gap[FLUX] += change
     return change
 
 
 @subroutine
+def _most(piece):
+    """Return the largest net charge of a piece: sqrt(3) times the mean cross section saturates."""
+    if piece[SATURATION] == 0.0:
+        return math.inf
+    section = math.sqrt(_number(piece, responses.VOLUME) / reluctance_of(piece))
+    return FULL * VACUUM_PERMEABILITY * piece[SATURATION] * section
+
+
+@subroutine
 def _potential(state, piece):
-    """Return the potential of a piece, which its response does not change, in T m."""
+    """Return the derivative of the energy of a piece by its net charge, times mu0, in T m."""
     own, row = nodes_of(state.nodes, piece), response_of(piece)[4]
-    total = piece[NET] / _number(piece, responses.CAPACITY)
+    total = piece[NET] / _number(piece, responses.CAPACITY) + piece[OPPOSED]
     for k in range(own.shape[1]):
         total += row[k] * own[POTENTIAL, k]
     return total
@@ -220,30 +251,9 @@ def _add_net(state, piece, change):
     """Add to the net charge of a piece."""
     own, row = nodes_of(state.nodes, piece), response_of(piece)[4]
     piece[NET] += change
+    piece[OPPOSED] += change * piece[STIFFNESS]
     for k in range(own.shape[1]):
         own[CHARGE, k] += change * row[k]
-
-
-@subroutine
-def _flux(gap, drive):
-    """Return the flux at which V' and the load balance a difference of potentials.
-
-    Newton's method has x/sqrt(1 + x^2) = Phi/Phi_s as its unknown, for which it converges from x
-    of a gap that does not saturate.
-    """
-    resistance, load, limit = gap[RELUCTANCE], gap[LOAD], gap[LIMIT]
-    flux = drive / (resistance + load)
-    if limit == 0.0:
-        return flux
-    x = flux / limit
-    for _ in range(STEPS):
-        root = math.sqrt(1.0 + x * x)
-        excess = limit * (resistance * x + load * x / root) - drive
-        step = excess / (limit * (resistance + load / (root * root * root)))
-        x -= step
-        if abs(step) <= 1e-14 * abs(x):
-            break
-    return limit * x / math.sqrt(1.0 + x * x)
 
 
 @subroutine
@@ -252,13 +262,7 @@ def energy_of_gaps(state):
     energy = 0.0
     for k in range(len(state.gaps)):
         gap = state.gaps[k]
-        flux, limit = gap[FLUX], gap[LIMIT]
-        energy -= flux * gap[DRIVE]
-        if limit == 0.0:
-            energy += 0.5 * gap[RELUCTANCE] * flux * flux
-        else:
-            x = flux / limit
-            energy += gap[RELUCTANCE] * flux * flux / (1.0 + math.sqrt(1.0 - x * x))
+        energy += gap[FLUX] * (0.5 * gap[FLUX] * gap[RELUCTANCE] - gap[DRIVE])
     return energy / VACUUM_PERMEABILITY
 
 
@@ -283,19 +287,12 @@ def _add_gap(state, gap, center, applied):
         body, moves, weld = int(second[BODY]), second[MOVES] > 0.0, second[WELD]
     if one[WELD] == weld or not (moves or one[MOVES] > 0.0):
         return
-    flux, limit, root, by_area = gap[FLUX], gap[LIMIT], 1.0, 0.0
-    if limit > 0.0:
-        x = flux / limit
-        root = math.sqrt(1.0 - x * x)
-        # dV/dPhi_s of V = R Phi_s^2 (1 - root), times dPhi_s/dA
-        by_area = gap[RELUCTANCE] * limit * (2.0 * (1.0 - root) - x * x / root)
-        by_area *= limit / (gap[AREA] * VACUUM_PERMEABILITY)
-    by_reluctance = flux * flux / ((1.0 + root) * VACUUM_PERMEABILITY)
-    by_permeance = -by_reluctance / (gap[PERMEANCE] * gap[PERMEANCE])
-    sums = gap_integrals(state, int(gap[ONE]), other, int(gap[THROUGH]), by_permeance, by_area)
+    drop = gap[FLUX] / gap[PERMEANCE]
+    by_permeance = -0.5 * drop * drop / VACUUM_PERMEABILITY
+    found = gap_permeance(state, int(gap[ONE]), other, int(gap[THROUGH]), by_permeance)
     add_both(
         int(one[BODY]), one[MOVES] > 0.0, body, moves, (*center_of(one), 0.0, 0.0, 0.0),
-        (*sums[2:], 0.0), NO_MIRROR, 1.0, center, applied,
+        (*found[1:], 0.0), NO_MIRROR, 1.0, center, applied,
     )  # fmt: skip
 
 
@@ -304,10 +301,17 @@ def _add_field(state, gap, row, m, offsets, center, applied):
     """Add the forces of a field on the net charges at both centers."""
     start, end = _ends(state, gap)
     f = field_along_line(start, end, row, m, offsets)
-    flux, owner, moves = gap[FLUX] / VACUUM_PERMEABILITY, int(row[OWNER]), row[OWNER_MOVES] > 0.0
+    owner, moves = int(row[OWNER]), row[OWNER_MOVES] > 0.0
+    hindered = 0.5 * gap[FLUX] * gap[FLUX] * gap[SLOPE] / VACUUM_PERMEABILITY
+    flux = gap[FLUX] / VACUUM_PERMEABILITY - hindered
     one, target = state.pieces[int(gap[ONE])], (*start, 0.0, 0.0, 0.0)
-    u, v, w = flux * f[4], flux * f[5], flux * f[6]
-    x, y, z = flux * f[1], flux * f[2], flux * f[3]
+    # B is the integral over the distance of the centers, on which R depends as well.
+    stretch = hindered * f[0] / _length(start, end) ** 2
+    p, q, r = (
+        stretch * (end[0] - start[0]), stretch * (end[1] - start[1]), stretch * (end[2] - start[2])
+    )  # fmt: skip
+    u, v, w = flux * f[4] - p, flux * f[5] - q, flux * f[6] - r
+    x, y, z = flux * f[1] + p, flux * f[2] + q, flux * f[3] + r
     if gap[OTHER] < 0.0:
         # The foot moves along the plane with the center.
         _, nx, ny, nz, _ = state.mirror

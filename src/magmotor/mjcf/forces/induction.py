@@ -28,16 +28,19 @@ from magmotor.mjcf.forces.iron_pieces import (
     EXTENT,
     MODE,
     NET,
+    OPPOSED,
     OUTER,
     POTENTIAL,
     RESPONSE,
     SATURATION,
+    STIFFNESS,
     SUSCEPTIBILITY,
     center_of,
     dipole_of_piece,
     nodes_of,
     radius_of_pair,
     reflected_center,
+    reluctance_of,
     response_rows,
 )
 from magmotor.mjcf.forces.iron_potentials import place_charges
@@ -147,9 +150,13 @@ def set_charges(piece, own):
     for k in range(count):
         change[k] = -charge[k]
         charge[k] = 0.0
+    numbers, net = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0], piece[NET]
+    reluctance = reluctance_of(piece)
     if piece[SATURATION] > 0.0:
-        _set_saturated(piece, own, rows)
+        _set_saturated(piece, own, rows, reluctance)
     else:
+        piece[STIFFNESS] = reluctance / piece[SUSCEPTIBILITY]
+        piece[OPPOSED] = piece[STIFFNESS] * net
         for j in range(count // 2):
             p, q = own[POTENTIAL, 2 * j], own[POTENTIAL, 2 * j + 1]
             one, two = rows[responses.ROWS + 2 * j], rows[responses.ROWS + 2 * j + 1]
@@ -163,19 +170,21 @@ def set_charges(piece, own):
         for k in range(count):
             energy += charge[k] * own[POTENTIAL, k]
         piece[ENERGY] = 0.5 * energy / VACUUM_PERMEABILITY
-    equilibrium, net, mean = rows[4], piece[NET], 0.0
+    equilibrium, mean = rows[4], 0.0
     for k in range(count):
         mean += equilibrium[k] * own[POTENTIAL, k]
         charge[k] += net * equilibrium[k]
         change[k] += charge[k]
-    numbers = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0]
-    mean += 0.5 * net / numbers[responses.CAPACITY]
+    mean += 0.5 * (net / numbers[responses.CAPACITY] + piece[OPPOSED])
     piece[ENERGY] += net * mean / VACUUM_PERMEABILITY
 
 
 @subroutine
-def _set_saturated(piece, own, rows):
-    """Add the charges of a piece that saturates to zeros, and set its energy."""
+def _set_saturated(piece, own, rows, reluctance):
+    """Add the charges of a piece that saturates to zeros; set its energy, and what opposes its net.
+
+    The `reluctance` is that for a reluctivity of 1, for a net charge that comes from one end.
+    """
     count, chi, saturation = int(piece[COUNT]), piece[SUSCEPTIBILITY], piece[SATURATION]
     volume = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0, responses.VOLUME]
     potential, charge, mode, slopes = own[POTENTIAL], own[CHARGE], own[MODE], rows[3]
@@ -185,7 +194,10 @@ def _set_saturated(piece, own, rows):
             total += row[k] * potential[k]
         mode[j] = total
     unit = 1.0 / (VACUUM_PERMEABILITY * saturation)
-    nu = _reluctivity(mode, slopes, chi, unit * unit / volume)
+    unit, net = unit * unit / volume, piece[NET]
+    nu, rise = _reluctivity(mode, slopes, chi, unit, unit * reluctance * net * net)
+    piece[OPPOSED] = nu * reluctance * net
+    piece[STIFFNESS] = reluctance * (nu + 2.0 * unit * reluctance * net * net / rise)
     more, energy = nu - 1.0 / chi, 0.0
     for j in range(count):
         row, part = rows[responses.ROWS + j], mode[j] / (1.0 + more * slopes[j])
@@ -198,16 +210,17 @@ def _set_saturated(piece, own, rows):
 
 
 @subroutine
-def _reluctivity(mode, slopes, chi, unit):
+def _reluctivity(mode, slopes, chi, unit, more_square):
     """Return nu, for which the mean of (M/M_s)^2 over the piece is 1 - 1/(chi nu)^2.
 
-    `unit` makes it of squared modes. The mean falls with nu, and the other side rises: a step of
-    Newton's method that leaves the interval with the root is replaced.
+    `unit` makes it of squared modes, and `more_square` adds to it. The mean falls with nu, and the
+    other side rises: a step of Newton's method that leaves the interval with the root is replaced.
+    Also returned is the slope of the other side minus the mean.
     """
-    low, high = 1.0 / chi, math.inf
+    low, high, rise = 1.0 / chi, math.inf, 1.0
     nu = low
     for _ in range(LARGEST_COUNT):
-        square = slope = 0.0
+        square, slope = more_square, 0.0
         more = nu - 1.0 / chi
         for j in range(len(mode)):
             part = 1.0 / (1.0 + more * slopes[j])
@@ -220,13 +233,14 @@ def _reluctivity(mode, slopes, chi, unit):
             low = nu
         else:
             high = nu
-        step = excess / (2.0 * inverse * inverse / nu - slope)
+        rise = 2.0 * inverse * inverse / nu - slope
+        step = excess / rise
         last, nu = nu, nu + step
         if not low <= nu <= high:
             nu = 2.0 * last if high == math.inf else math.sqrt(low * high)
         if abs(nu - last) <= 1e-15 * last:
             break
-    return nu
+    return nu, rise
 
 
 @subroutine

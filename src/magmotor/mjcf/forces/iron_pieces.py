@@ -20,13 +20,15 @@ GEOM, SUSCEPTIBILITY, SATURATION, POSITION, FRAME, EXTENT = 0, 1, 2, 3, 6, 15
 """Columns of a piece: its first geom, its material, its pose, and the radius of the sphere around
 it."""
 
-RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, NET, THREADED, COLUMNS = (
-    16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26
-)  # fmt: skip
+(
+    RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, NET, OPPOSED, STIFFNESS, THREADED,
+    COLUMNS,
+) = range(16, 29)  # fmt: skip
 """Further columns: the address of its response; its first node and how many there are; the radius
 of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; its
-energy in J in the potential of everything else; its net charge, see `gaps.py`; whether it is in the
-bore of a coil; and how many columns there are."""
+energy in J in the potential of everything else; its net charge, see `gaps.py`; the potential
+with which the material opposes that, and its slope; whether the piece is in the bore of a coil; and
+how many columns there are."""
 
 PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, MAGNETS, ANSWER, ROWS = 0, 3, 4, 5, 6, 7, 8, 9, 10
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
@@ -91,7 +93,7 @@ def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
         row[RESPONSE], row[FIRST], row[COUNT] = address, first, words[responses.COUNT]
         row[RADIUS] = numbers[responses.RADIUS]
         row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
-        row[NET] = row[THREADED] = 0.0
+        row[NET] = row[OPPOSED] = row[THREADED] = 0.0
         _place(nodes, row, words[responses.PADDED])
         first += words[responses.PADDED]
         count += 1
@@ -144,6 +146,16 @@ def reflected_center(row, mirror):
         return x, y, z
     place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
     return place[0], place[1], place[2]
+
+
+@subroutine
+def reluctance_of(row):
+    """Return that of a piece for a reluctivity of 1, and for flux that goes into it at one end.
+
+    It is L^2/(3 V), as of a bar that the flux leaves evenly along its length.
+    """
+    volume = memory.numbers(int(row[RESPONSE]), 1, responses.START)[0, responses.VOLUME]
+    return 4.0 * row[EXTENT] * row[EXTENT] / (3.0 * volume)
 
 
 @subroutine

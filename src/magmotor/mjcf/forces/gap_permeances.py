@@ -1,13 +1,12 @@
-"""The integrals over a narrow gap between two pieces of iron, or one and a plane; see `gaps.py`.
+"""The permeance of a narrow gap between two pieces of iron, or one and a plane; see `gaps.py`.
 
-With w = (1 - (d/D)^2)^2/(1 + (d/delta)^2), they are
+What nodes miss of it is the integral
 
-    P = int s(c) w(d)/d dS,  A = int s(c) w(d) dS
+    P = int s(c) (1 - (d/D)^2)^2/(1 + (d/delta)^2)/d dS
 
-over points on the surface of one piece. The distance d from the other one, or from one of its geoms,
-is kept above zero, c is
-the cosine of the angle between the surfaces, s is a smooth step, delta is `WIDTH` and D is `REACH`
-times the radius of the balls of charge at nodes.
+over points on the surface of one piece. The distance d from the other one, or from one of its
+geoms, is kept above zero, c is the cosine of the angle between the surfaces, s is a smooth step,
+delta is `WIDTH` and D is `REACH` times the radius of the balls of charge at nodes.
 """
 
 import math
@@ -29,7 +28,7 @@ from magmotor.mjcf.forces.mirror import height_above
 from magmotor.mjcf.forces.threaded_iron import geoms_of, origin_of
 from magmotor.numerics.deferred import subroutine
 
-WIDTH, REACH, CLOSEST, TURN = 0.3, 1.7, 0.02, 0.01
+WIDTH, REACH, CLOSEST, TURN = 0.3, 1.7, 0.01, 0.01
 """delta, D, the distance d in contact, and the length by which cosines are found, over the radius
 of the balls of charge. With the first two, the pull of two spheres is right to 9 %, and that of two
 bars end to end to 17 %, for any number of nodes."""
@@ -60,8 +59,8 @@ def _distance(state, other, geom, x, y, z):
 
 
 @subroutine
-def gap_integrals(state, one, other, geom, by_permeance, by_area):
-    """Return P and A, and the wrench on the first piece for slopes of the energy by both.
+def gap_permeance(state, one, other, geom, by_permeance):
+    """Return P, and the wrench on the first piece for a slope of the energy by it.
 
     The torque is about the center of the first piece.
     """
@@ -77,7 +76,7 @@ def gap_integrals(state, one, other, geom, by_permeance, by_area):
         cx, cy, cz = center_of(second)
     most, delta, turn = REACH * radius, WIDTH * radius, TURN * radius
     reach = (reach + most) * (reach + most)
-    permeance = area = fx = fy = fz = tx = ty = tz = 0.0
+    permeance = fx = fy = fz = tx = ty = tz = 0.0
     for k in range(points.shape[1]):
         p, q, r = to_world(piece, points[0, k], points[1, k], points[2, k])
         x, y, z = piece[POSITION] + p, piece[POSITION + 1] + q, piece[POSITION + 2] + r
@@ -95,14 +94,12 @@ def gap_integrals(state, one, other, geom, by_permeance, by_area):
         cosine = (d - end) / turn
         if cosine <= 0.0:
             continue
-        weight, inverse, weight_slope, inverse_slope = _weights(d, delta, most, CLOSEST * radius)
+        density, fall = _density(d, delta, most, CLOSEST * radius)
         facing, by_cosine = step(cosine)
-        part = size * facing
-        permeance += part * inverse
-        area += part * weight
+        permeance += size * facing * density
         if by_permeance != 0.0:
-            slope = part * (by_permeance * inverse_slope + by_area * weight_slope)
-            more = size * by_cosine / turn * (by_permeance * inverse + by_area * weight)
+            slope = by_permeance * size * facing * fall
+            more = by_permeance * size * by_cosine / turn * density
             gx, gy, gz = -(slope + more) * dx, -(slope + more) * dy, -(slope + more) * dz
             hx, hy, hz = more * ex, more * ey, more * ez
             fx, fy, fz = fx + gx + hx, fy + gy + hy, fz + gz + hz
@@ -110,19 +107,23 @@ def gap_integrals(state, one, other, geom, by_permeance, by_area):
             tx += q * gz - r * gy + b * hz - c * hy
             ty += r * gx - p * gz + c * hx - a * hz
             tz += p * gy - q * gx + a * hy - b * hx
-    return permeance, area, fx, fy, fz, tx, ty, tz
+    return permeance, fx, fy, fz, tx, ty, tz
 
 
 @subroutine
-def _weights(distance, delta, most, closest):
-    """Return w, w over the distance that is kept positive, and their slopes."""
-    root = math.sqrt(distance * distance + 4.0 * closest * closest)
-    d = 0.5 * (distance + root)
-    by_distance = d / root
+def _density(distance, delta, most, closest):
+    """Return the permeance per area at a distance, and its slope.
+
+    The distance is that plus `closest`, or less where pieces overlap.
+    """
+    d, slope = distance + closest, 1.0
+    if distance < 0.0:
+        slope = closest / (closest - distance)
+        d, slope = closest * slope, slope * slope
     x, y = d / delta, d / most
     if y >= 1.0:
-        return 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0
     low, fall = 1.0 / (1.0 + x * x), 1.0 - y * y
     weight = fall * fall * low
-    slope = -4.0 * y / most * fall * low - 2.0 * x / delta * weight * low
-    return weight, weight / d, by_distance * slope, by_distance * (slope - weight / d) / d
+    change = -4.0 * y / most * fall * low - 2.0 * x / delta * weight * low
+    return weight / d, slope * (change - weight / d) / d

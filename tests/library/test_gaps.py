@@ -1,0 +1,94 @@
+"""Narrow gaps between pieces of iron: derivatives, saturation, and what has no such gap.
+
+That forces are right is tested against multipoles in `test_iron_at_short_range.py`, and against
+finite elements in `test_gaps_by_elements.py` and `test_pull_forces.py`.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from iron_models import free, iron, load
+
+import magmotor as mm
+
+MU0 = 4e-7 * math.pi
+SHAPES = {
+    "box": 'type="box" size="0.008 0.006 0.005"',
+    "cylinder": 'type="cylinder" size="0.007 0.005"',
+    "ellipsoid": 'type="ellipsoid" size="0.008 0.007 0.005"',
+    "capsule": 'type="capsule" size="0.005 0.006" euler="90 0 0"',
+    "sphere": 'size="0.005"',
+}
+PLANE = '<geom name="plane" type="plane" size="1 1 1"/>'
+MAGNET = '<body pos="0.02 0.004 0.02"><freejoint/><geom size="0.001"/><site user="0.5"/></body>'
+
+
+def bars(gap, field, material):
+    """The pull on one of two bars of 10 x 10 x 60 mm, end to end."""
+    bar = 'type="box" size="0.005 0.005 0.03"'
+    bodies = free(bar) + free(bar, f"0 0 {0.06 + gap}", "other")
+    return -iron(bodies, f"0 0 {field}", material, "piece other")[1].xfrc_applied[2, 2]
+
+
+@pytest.mark.parametrize("saturation", [0, 1.6e6])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_forces_are_derivatives_of_the_energy(shape, saturation):
+    """Of two pieces 0.4 mm apart and as far above a plane, tilted, in a field that varies.
+
+    The largest error is 5e-5 of the largest force for the box, whose edges make the distance bend,
+    2e-6 for the others, and 3e-11 m times it for torques.
+    """
+    low, height = SHAPES[shape], 0.0054
+    box = 'type="box" size="0.006 0.006 0.004"'
+    bodies = (
+        f'<body pos="0 0 {height}" euler="1 2 0"><freejoint/><geom name="piece" {low}/></body>'
+        f'<body pos="0.001 0.002 {height + 0.0094}" euler="-1 1 20"><freejoint/>'
+        f'<geom name="other" {box}/></body>'
+    )
+    field = "0.03 0.01 0.05 0.4 0 0.1 0.3 -0.2"
+    model = load(PLANE + bodies + MAGNET, field, f"800 {saturation}", "piece other plane")
+    data = mujoco.MjData(model)
+    with mm.magnetism():
+        mujoco.mj_forward(model, data)
+    found, expected = data.xfrc_applied[1:3].ravel(), []
+    for k in range(12):
+        energies = []
+        for step in (1e-6, -1e-6):
+            moved, velocity = mujoco.MjData(model), np.zeros(model.nv)
+            velocity[k] = step
+            mujoco.mj_integratePos(model, moved.qpos, velocity, 1.0)
+            mujoco.mj_kinematics(model, moved)
+            energies.append(mm.magnetic_energy(model, moved))
+        expected.append((energies[1] - energies[0]) / 2e-6)
+    expected = np.array(expected).reshape(2, 2, 3)
+    expected[:, 1] = np.einsum("bij,bj->bi", data.xmat[1:3].reshape(-1, 3, 3), expected[:, 1])
+    error = np.abs(found - expected.ravel()).reshape(2, 2, 3).max(axis=(0, 2))
+    assert error[0] < 5e-4 * np.abs(found).max()
+    assert error[1] < 5e-10 * np.abs(found).max()
+
+
+def test_the_flux_through_a_gap_saturates():
+    """The pull approaches that of saturated faces, (mu0 M_s)^2 A/(2 mu0); in 1 T, nodes miss it."""
+    flux, weak = 1.5, bars(1e-4, 0.02, "1000")
+    most = flux**2 * 1e-4 / (2 * MU0)
+    pulls = [bars(1e-4, field, f"1000 {flux / MU0}") for field in (0.02, 0.1, 0.2, 1.0, 3.0)]
+    assert pulls[0] == pytest.approx(weak, rel=0.1)
+    assert 0.5 * most < pulls[2] < 1.1 * most
+    assert all(0 < pull < 1.5 * most for pull in pulls)  # 1.27 in 0.1 T
+
+
+def test_the_pull_rises_as_a_gap_closes():
+    """Also where nodes begin to miss flux."""
+    gaps = np.concatenate([np.linspace(0, 1e-3, 21), np.linspace(1.2e-3, 0.01, 45)])
+    pulls = np.array([bars(gap, 0.02, "1000") for gap in gaps])
+    falls = -np.diff(pulls) / pulls[:-1]
+    assert (falls > 0).all()
+    assert falls.max() < 0.3  # 0.21
+
+
+def test_weak_materials_have_no_gap():
+    """The pull of two bars of susceptibility 0.01 depends on the distance of nodes as before."""
+    coarse, fine = (bars(3e-4, 0.02, f"0.01 0 {apart}") for apart in (0.005, 0.0017))
+    assert coarse == pytest.approx(fine, rel=0.3)
