@@ -242,7 +242,7 @@ def test_iron_close_to_iron_is_described():
     text = ball.format("block") + ball.format("b").replace("0 0 0", "0 0 .05")
     (note,) = notes_of(load(text, tuples, mark=""))
     assert "(and 1 more like it) is iron: 118 nodes" in note
-    assert note.endswith("; close to other iron, forces are too weak, for about 200 us each")
+    assert note.endswith("; close to other iron, forces are rough, for about 200 us each")
 
 
 def response_of_ball(radius):

@@ -20,7 +20,7 @@ from magmotor.mjcf.error_numbers import BEHIND, COINCIDENCE, OUTSIDE, WORDS
 from magmotor.mjcf.error_reports import report
 from magmotor.mjcf.forces import drives, responses
 from magmotor.mjcf.forces.dipole_table import BODY, FIRST, SIZE
-from magmotor.mjcf.forces.iron_pieces import dipole_of_piece
+from magmotor.mjcf.forces.gaps import moment_of_piece
 from magmotor.mjcf.forces.magnetic_energy import energy_of
 from magmotor.mjcf.forces.magnetic_state import (
     field_at,
@@ -171,7 +171,7 @@ def _write_dipoles(state, dipoles):
             if len(dipoles) > 0:
                 moment = table[3, i], table[4, i], table[5, i]
                 if magnets.iron <= i < magnets.shaped:
-                    moment = dipole_of_piece(state.nodes, state.pieces[i - magnets.iron])[3:]
+                    moment = moment_of_piece(state, i - magnets.iron)
                 for row in range(3):
                     dipoles[count, row] = table[row, i]
                     dipoles[count, 3 + row] = moment[row] / state.scale

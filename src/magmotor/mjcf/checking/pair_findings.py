@@ -58,8 +58,8 @@ def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failu
         remedy = "the model excludes their contact, so that nothing keeps them apart"
     return Failure(
         " and ".join(label(model, "geom", geom) for geom in geoms),
-        f"are pieces of iron that {can}, where the force between them is too weak: they count as if"
-        f" the distance of the nodes on their surfaces kept them apart; {remedy}, or give their"
+        f"are pieces of iron that {can}, where the force between them is rough, since the gap is"
+        f" narrower than the distance of the nodes on their surfaces; {remedy}, or give their"
         " material a smaller distance of nodes",
         pair.number,
         note=found.excluded,

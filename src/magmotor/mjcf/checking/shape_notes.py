@@ -120,5 +120,5 @@ def _iron(model: mujoco.MjModel, geom: int, address: int, others: list[Magnet]) 
     else:
         said += "; forces on magnets are right to 0.5 % from that distance on"
     if any(other.responses.any() for other in others):
-        said += f"; close to other iron, forces are too weak, for about {TOGETHER} us each"
+        said += f"; close to other iron, forces are rough, for about {TOGETHER} us each"
     return said

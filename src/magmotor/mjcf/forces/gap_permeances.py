@@ -60,7 +60,7 @@ def _distance(state, other, geom, x, y, z):
 
 @subroutine
 def gap_permeance(state, one, other, geom, by_permeance):
-    """Return P, and the wrench on the first piece for a slope of the energy by it.
+    """Return P, where the flux goes through, and the wrench on the first piece for a slope by P.
 
     The torque is about the center of the first piece.
     """
@@ -76,7 +76,7 @@ def gap_permeance(state, one, other, geom, by_permeance):
         cx, cy, cz = center_of(second)
     most, delta, turn = REACH * radius, WIDTH * radius, TURN * radius
     reach = (reach + most) * (reach + most)
-    permeance = fx = fy = fz = tx = ty = tz = 0.0
+    permeance = sx = sy = sz = fx = fy = fz = tx = ty = tz = 0.0
     for k in range(points.shape[1]):
         p, q, r = to_world(piece, points[0, k], points[1, k], points[2, k])
         x, y, z = piece[POSITION] + p, piece[POSITION + 1] + q, piece[POSITION + 2] + r
@@ -96,7 +96,8 @@ def gap_permeance(state, one, other, geom, by_permeance):
             continue
         density, fall = _density(d, delta, most, CLOSEST * radius)
         facing, by_cosine = step(cosine)
-        permeance += size * facing * density
+        part = size * facing * density
+        permeance, sx, sy, sz = permeance + part, sx + part * x, sy + part * y, sz + part * z
         if by_permeance != 0.0:
             slope = by_permeance * size * facing * fall
             more = by_permeance * size * by_cosine / turn * density
@@ -107,7 +108,9 @@ def gap_permeance(state, one, other, geom, by_permeance):
             tx += q * gz - r * gy + b * hz - c * hy
             ty += r * gx - p * gz + c * hx - a * hz
             tz += p * gy - q * gx + a * hy - b * hx
-    return permeance, fx, fy, fz, tx, ty, tz
+    if permeance > 0.0:
+        sx, sy, sz = sx / permeance, sy / permeance, sz / permeance
+    return permeance, sx, sy, sz, fx, fy, fz, tx, ty, tz
 
 
 @subroutine

@@ -43,6 +43,7 @@ from magmotor.mjcf.forces.iron_pieces import (
     THREADED,
     WELD,
     center_of,
+    dipole_of_piece,
     nodes_of,
     radius_of_pair,
     reluctance_of,
@@ -267,6 +268,24 @@ def energy_of_gaps(state):
 
 
 @subroutine
+def moment_of_piece(state, i):
+    """Return the moment of a piece times the scale of moments.
+
+    On the side of a gap, there are the charges of the flux through it, too.
+    """
+    piece = state.pieces[i]
+    x, y, z, mx, my, mz = dipole_of_piece(state.nodes, piece)
+    for k in range(len(state.gaps)):
+        gap = state.gaps[k]
+        if i == gap[ONE] or i == gap[OTHER]:
+            found = gap_permeance(state, int(gap[ONE]), int(gap[OTHER]), int(gap[THROUGH]), 0.0)
+            charge = (gap[FLUX] if i == gap[ONE] else -gap[FLUX]) / VACUUM_PERMEABILITY
+            mx, my = mx + charge * (found[1] - x), my + charge * (found[2] - y)
+            mz += charge * (found[3] - z)
+    return mx, my, mz
+
+
+@subroutine
 def add_gap_wrenches(state, m, offsets, center, applied):
     """Add the derivatives of this energy to the wrenches on pieces, and on the owners of fields."""
     for k in range(len(state.gaps)):
@@ -292,7 +311,7 @@ def _add_gap(state, gap, center, applied):
     found = gap_permeance(state, int(gap[ONE]), other, int(gap[THROUGH]), by_permeance)
     add_both(
         int(one[BODY]), one[MOVES] > 0.0, body, moves, (*center_of(one), 0.0, 0.0, 0.0),
-        (*found[1:], 0.0), NO_MIRROR, 1.0, center, applied,
+        (*found[4:], 0.0), NO_MIRROR, 1.0, center, applied,
     )  # fmt: skip
 
 
