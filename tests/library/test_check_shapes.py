@@ -28,7 +28,7 @@ HULL = f'<mesh name="hull" vertex="{" ".join(map(str, CORNERS.T.ravel()))}"/>'
 MARK = '<text name="magmotor" data="dipoles magnets iron"/>'
 
 
-def load(bodies, custom="", assets="", steel=1000.0, mark=MARK):
+def load(bodies, custom="", assets="", steel="1000", mark=MARK):
     """A model in which a geom named `block`, if there is one, is iron."""
     if 'name="block"' in bodies:
         custom += f"""
@@ -78,7 +78,7 @@ def test_the_pull_at_touch_is_that_of_the_shapes(geom, shape, sizes, polarizatio
 @pytest.mark.parametrize("place", ["0 0 .1", "0 .02 .1"])
 def test_the_pull_of_a_plane_is_that_of_the_image(place):
     plane = '<geom name="block" type="plane" size="1 1 1" euler="0 20 0"/>'
-    model = load(plane + free(DISK.format("disk"), place, TURNED), steel=1e6)
+    model = load(plane + free(DISK.format("disk"), place, TURNED), steel="1e6")
     expected = pull_of_twin("cylinder", (0.0127, 0.003175), 1.32, 0.0)
     assert pull_of(model) == pytest.approx(expected, rel=7.5e-3)  # 6e-4
 
@@ -266,7 +266,7 @@ def test_what_makes_no_sense_is_an_error(bodies, sentence):
       <mesh name="dent" vertex="{tip} .2 .2 .2" face="0 2 1 0 1 3 0 3 2 1 2 4 2 3 4 3 1 4"/>
       <mesh name="flat" vertex="{tip}" face="0 2 1 0 1 3 0 3 2" inertia="shell"/>'''
     with pytest.raises(ValueError, match=sentence):
-        mm.check(load(bodies, assets=assets, steel=-1.5))
+        mm.check(load(bodies, assets=assets, steel="-1.5"))
 
 
 def test_a_magnet_without_volume_is_an_error():
