@@ -78,10 +78,11 @@ def clear_wrenches(rows):
 
 
 @subroutine
-def add_images(piece, rows, room, wanted):
+def add_images(piece, rows, first_probe, room, wanted):
     """Add the wrenches of images on magnets near a piece to their rows, and return the energy.
 
-    The lifts are known; see `lifts.set_lifts`. There are no wrenches if the energy is `wanted`.
+    The lifts are known; see `lifts.set_lifts`. There are no wrenches if the energy is `wanted`. If
+    `first_probe` is not 0, only the energy of later rows in the images of earlier ones counts.
     """
     faces, energy, first = faces_of(piece), 0.0, 0
     while first < len(faces):
@@ -89,18 +90,18 @@ def add_images(piece, rows, room, wanted):
         while second < len(faces):
             two = face_from(faces, second)
             if first == second or (rises_above(one, two) and rises_above(two, one)):
-                energy += _add_images_in(piece, one, two, rows, room, wanted)
+                energy += _add_images_in(piece, one, two, rows, first_probe, room, wanted)
             second += len(two)
         first += len(one)
     return energy
 
 
 @subroutine
-def _add_images_in(piece, one, two, rows, room, wanted):
+def _add_images_in(piece, one, two, rows, first_probe, room, wanted):
     """Do so for the images in a face, if both are the same, or in the inner corner of two."""
     energy = 0.0
-    for i in range(len(rows)):
-        for j in range(i + 1):
+    for i in range(first_probe, len(rows)):
+        for j in range(first_probe if first_probe > 0 else i + 1):
             if rows[i, THREADED] != WIDE or rows[j, THREADED] != WIDE:
                 continue
             if not (is_lifted(rows[i]) or is_lifted(rows[j])):

@@ -15,7 +15,6 @@ from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     CHARGE,
     MOVES,
-    RADIUS,
     WELD,
     center_of,
     dipole_of_piece,
@@ -79,7 +78,7 @@ def energy_of_faces(state):
     for i in range(len(state.pieces)):
         piece = state.pieces[i]
         lifted = set_all_lifts(state, piece)
-        images = add_images(piece, rows, room, True) if lifted else 0.0
+        images = add_images(piece, rows, 0, room, True) if lifted else 0.0
         energy += images + blend(piece, nodes_of(state.nodes, piece), rows, room, images, True)[2]
     return energy
 
@@ -123,7 +122,7 @@ def _add_magnets(state, piece, mirror, center, applied):
     lifted, change = mirror[0] == 0.0 and set_all_lifts(state, piece), 0.0
     if mirror[0] == 0.0:
         clear_wrenches(rows)
-        images = add_images(piece, rows, room, False) if lifted else 0.0
+        images = add_images(piece, rows, 0, room, False) if lifted else 0.0
         change = saturate(piece, nodes_of(state.nodes, piece), rows, room, images) - 1.0
         lifted = lifted or change != 0.0
     count = _charges(state, piece, mirror, change)
@@ -199,29 +198,3 @@ def _add_field(state, piece, row, m, offsets, center, applied):
         int(piece[BODY]), piece[MOVES] > 0.0, int(row[OWNER]), row[OWNER_MOVES] > 0.0,
         target, change, NO_MIRROR, 1.0, center, applied,
     )  # fmt: skip
-
-
-@subroutine
-def flux_of_iron(state, x, y, z):
-    """Return the flux density of all pieces, and of their images, at a point outside of them."""
-    bx = by = bz = 0.0
-    mirror = state.mirror
-    for i in range(len(state.pieces)):
-        ux, uy, uz = _flux_of_piece(state, i, x, y, z)
-        bx, by, bz = bx + ux, by + uy, bz + uz
-        if mirror[0] != 0.0:
-            there = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
-            flux = _flux_of_piece(state, i, there[0], there[1], there[2])
-            ux, uy, uz = reflected(mirror, flux[0], flux[1], flux[2])
-            bx, by, bz = bx - mirror[0] * ux, by - mirror[0] * uy, bz - mirror[0] * uz
-    return bx, by, bz
-
-
-@subroutine
-def _flux_of_piece(state, i, x, y, z):
-    """Return the field of the charges of a piece at a point."""
-    room, piece = state.room, state.pieces[i]
-    source = nodes_of(state.nodes, piece)
-    room[0, 0], room[1, 0], room[2, 0] = x, y, z
-    set_fields(room, 1, source, source[CHARGE], piece[RADIUS])
-    return room[4, 0], room[5, 0], room[6, 0]

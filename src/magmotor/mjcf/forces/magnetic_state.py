@@ -48,6 +48,7 @@ from magmotor.mjcf.forces.gaps import PER_PIECE, find_gaps
 from magmotor.mjcf.forces.hysteresis import COLUMNS as COLUMNS_OF_MEMORY
 from magmotor.mjcf.forces.hysteresis import set_moments
 from magmotor.mjcf.forces.induction import charge_pieces
+from magmotor.mjcf.forces.iron_fields import flux_of_iron
 from magmotor.mjcf.forces.iron_pieces import (
     COLUMNS,
     GEOM,
@@ -59,7 +60,6 @@ from magmotor.mjcf.forces.iron_pieces import (
 from magmotor.mjcf.forces.iron_pieces import ROWS as ROWS_OF_NODES
 from magmotor.mjcf.forces.iron_potentials import set_outer_potentials
 from magmotor.mjcf.forces.iron_unions import WORDS, find_responses, find_unions
-from magmotor.mjcf.forces.iron_wrenches import flux_of_iron
 from magmotor.mjcf.forces.mirror import NO_MIRROR, height_above
 from magmotor.mjcf.forces.shape_fields import flux_of_shapes
 from magmotor.mjcf.forces.shaped_magnets import COLUMNS as COLUMNS_OF_SHAPE
@@ -150,8 +150,8 @@ def _dipoles(sizes):
 
 @subroutine
 def _sources(sizes):
-    """Return the largest number of magnets by their geom, and of dipoles if there is iron."""
-    return sizes.shapes + (sizes.sites if sizes.pieces > 0 else 0)
+    """Return the largest number of magnets by their geom, and of dipoles and a probe near iron."""
+    return sizes.shapes + (sizes.sites + 1 if sizes.pieces > 0 else 0)
 
 
 @subroutine
