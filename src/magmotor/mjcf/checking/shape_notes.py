@@ -24,6 +24,7 @@ from magmotor.mjcf.declarations.table import PIECES
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.charges import ORDERS
 from magmotor.mjcf.lookup import label
+from magmotor.numerics.iron.nodes import RADIUS
 
 POINTS = {
     BOX: f"{ORDERS[0] ** 2} to {ORDERS[-1] ** 2} charges on a face",
@@ -105,7 +106,7 @@ def _magnet(model: mujoco.MjModel, geom: int, others: list[Magnet]) -> str:
 def _iron(model: mujoco.MjModel, geom: int, address: int, others: list[Magnet]) -> str:
     """Say how a piece of iron is described, whose response is at an address."""
     count = c_int64.from_address(address + 8 * responses.COUNT).value
-    distance = 2 * c_double.from_address(address + 8 * responses.RADIUS).value
+    distance = c_double.from_address(address + 8 * responses.RADIUS).value / RADIUS
     key = address + 8 * c_int64.from_address(address + 8 * responses.KEY).value
     saturates = c_double.from_address(key + 8 * responses.SATURATES).value != 0.0
     said = f"is iron: {count} nodes about {distance:.2g} m apart, for about"

@@ -53,6 +53,10 @@ class Line(NamedTuple):
         return basis.reshape(len(x), nodes.size)
 
 
+RADIUS = 0.6
+"""Radius of the balls of charge at the nodes, over the distance of nodes: large enough for charges
+of two pieces to attract each other less than they repel themselves."""
+
 FLAT = Line(1, 1)
 """A line along which there is nothing but one node."""
 

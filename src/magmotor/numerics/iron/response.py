@@ -31,6 +31,7 @@ from magmotor.numerics.iron.coulomb import RULE_OF_SEVEN, mutual_energies
 from magmotor.numerics.iron.gap_points import gap_points
 from magmotor.numerics.iron.interior import neumann_to_dirichlet, neumann_to_dirichlet_of_box
 from magmotor.numerics.iron.nodes import (
+    RADIUS,
     CapsuleNodes,
     CylinderNodes,
     EllipsoidNodes,
@@ -48,9 +49,6 @@ NODES = 96
 
 CLOSED = 1e-6
 """Gaps narrower than this, over half of the size, are none."""
-
-RADIUS = 0.6
-"""Radius of the balls of charge at the nodes, over the distance of nodes."""
 
 SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 2, 3, 4, 5, 6
 """mjGEOM_SPHERE and so on."""
