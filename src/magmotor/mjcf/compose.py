@@ -297,6 +297,7 @@ def add_iron(
     geoms: Geoms,
     susceptibility: Susceptibility,
     saturation: NotNegative = 0.0,
+    spacing: NotNegative = 0.0,
     *,
     name: str = "iron",
 ) -> mujoco.MjsTuple:
@@ -311,6 +312,8 @@ def add_iron(
         At least -1.
     saturation : float, default 0.0
         Saturation magnetization in A/m, such as 1.7e6 of pure iron; 0 without saturation.
+    spacing : float, default 0.0
+        Distance of the nodes on the surfaces in m; 0 for one by which a piece has about a hundred.
     name : str, default "iron"
         Name of the tuple and of the numeric, which must start with `iron` and be one word.
 
@@ -334,6 +337,7 @@ def add_iron(
     iron pellet
     """
     numbers = [susceptibility, saturation] if saturation else [susceptibility]
+    numbers = [susceptibility, saturation, spacing] if spacing else numbers
     return _add_material(spec, "geoms", geoms, numbers, name, "iron", "iron")
 
 

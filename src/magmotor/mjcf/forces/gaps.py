@@ -65,8 +65,8 @@ much the difference of potentials falls with the flux; and how many columns ther
 PER_PIECE = 8
 """Number of gaps for each piece, at most."""
 
-FULL, STRONG = 0.99, 0.25
-"""Largest net charge of a piece that saturates, over that which saturates it; and B_s/(mu0 M_s)."""
+STRONG = 0.25
+"""B_s/(mu0 M_s)."""
 
 
 @subroutine
@@ -217,12 +217,12 @@ def update_flux(state, gap):
     if gap[OTHER] >= 0.0:
         other = state.pieces[int(gap[OTHER])]
         excess, slope = excess - _potential(state, other), slope + other[STIFFNESS]
-        most = _most(other)
-        low, high = max(low, -other[NET] - most), min(high, most - other[NET])
-        change = min(max(excess / slope, low), high)
-        _add_net(state, other, change)
-    else:
-        change = min(max(excess / slope, low), high)
+        low, high = max(low, -other[NET] - _most(other)), min(high, _most(other) - other[NET])
+        most = min(most, _most(other))
+    low, high = max(low, -most - gap[FLUX]), min(high, most - gap[FLUX])
+    change = min(max(excess / slope, low), high)
+    if gap[OTHER] >= 0.0:
+        _add_net(state, state.pieces[int(gap[OTHER])], change)
     _add_net(state, one, -change)
     gap[FLUX] += change
     return change
@@ -230,11 +230,11 @@ def update_flux(state, gap):
 
 @subroutine
 def _most(piece):
-    """Return the largest net charge of a piece: sqrt(3) times the mean cross section saturates."""
+    """Return the largest flux through a piece, that which saturates its mean cross section."""
     if piece[SATURATION] == 0.0:
         return math.inf
-    section = math.sqrt(_number(piece, responses.VOLUME) / reluctance_of(piece))
-    return FULL * VACUUM_PERMEABILITY * piece[SATURATION] * section
+    section = _number(piece, responses.VOLUME) / (2.0 * piece[EXTENT])
+    return VACUUM_PERMEABILITY * piece[SATURATION] * section
 
 
 @subroutine
