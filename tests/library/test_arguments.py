@@ -246,7 +246,11 @@ CALLS: dict[Any, dict[str, Any] | Callable[[], dict[str, Any]]] = {
     },
     mm.add_iron: {
         "spec": SPEC, "geoms": [SPEC.geom("ball")], "susceptibility": 1.0, "saturation": 1.0,
-        "name": "iron",
+        "spacing": 0.001, "name": "iron",
+    },
+    mm.add_hysteresis: {
+        "spec": SPEC, "sites": [SPEC.site("tip")], "coercivity": 12.0, "remanence": 0.2,
+        "name": "hysteresis",
     },
     mm.add_conductor: {
         "spec": SPEC, "geoms": [SPEC.geom("ball")], "conductivity": 3.5e7, "thickness": 0.003,

@@ -80,7 +80,7 @@ def test_a_declaration_says_what_is_wrong_with_which_element(distance, moment, k
 
 
 def test_each_error_of_compiled_code_has_its_own_kind():
-    assert [getattr(error_numbers, kind.upper()) for kind in error_numbers.KINDS] == [*range(36)]
+    assert [getattr(error_numbers, kind.upper()) for kind in error_numbers.KINDS] == [*range(41)]
     assert len(error_numbers.KINDS) == len(error_reports.ELEMENTS)
 
 

@@ -71,8 +71,8 @@ print(json.dumps(said))
 SENTENCE = 'MissingExtra: numba is not installed: pip install "magmotor[numba]"'
 
 FREE = {
-    "add_coil", "add_conductor", "add_dipole", "add_field", "add_iron", "add_magnet",
-    "add_magnetism", "apply_perturbation", "brownian_rows", "build", "configurational_temperature",
+    "add_coil", "add_conductor", "add_dipole", "add_field", "add_hysteresis", "add_iron",
+    "add_magnet", "add_magnetism", "apply_perturbation", "brownian_rows", "build", "configurational_temperature",
     "kinetic_temperature", "magnet", "methods", "read_scene", "recommend", "scene_of",
     "tabulated_field", "to_table", "write_scene",
 }  # fmt: skip
