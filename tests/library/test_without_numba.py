@@ -72,9 +72,9 @@ SENTENCE = 'MissingExtra: numba is not installed: pip install "magmotor[numba]"'
 
 FREE = {
     "add_coil", "add_conductor", "add_dipole", "add_field", "add_hysteresis", "add_iron",
-    "add_magnet", "add_magnetism", "apply_perturbation", "brownian_rows", "build", "configurational_temperature",
-    "kinetic_temperature", "magnet", "methods", "read_scene", "recommend", "scene_of",
-    "tabulated_field", "to_table", "write_scene",
+    "add_magnet", "add_magnetism", "apply_perturbation", "brownian_rows", "build",
+    "configurational_temperature", "kinetic_temperature", "magnet", "methods", "read_scene",
+    "recommend", "scene_of", "tabulated_field", "to_table", "write_scene",
 }  # fmt: skip
 """Public functions that run no compiled code; `rerun` calls `simulate` or `ensemble`."""
 
