@@ -20,7 +20,6 @@ charges and the derivatives of the energy by P.
 
 import math
 
-from magmotor.mjcf import memory
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
@@ -36,7 +35,6 @@ from magmotor.mjcf.forces.iron_pieces import (
     OPPOSED,
     POTENTIAL,
     RADIUS,
-    RESPONSE,
     SATURATION,
     STIFFNESS,
     SUSCEPTIBILITY,
@@ -45,6 +43,7 @@ from magmotor.mjcf.forces.iron_pieces import (
     center_of,
     dipole_of_piece,
     nodes_of,
+    number_of,
     radius_of_pair,
     reluctance_of,
     response_rows,
@@ -106,8 +105,8 @@ def _is_gap(state, gap):
     gap[PERMEANCE] = gap_permeance(state, one, other, int(gap[THROUGH]), 0.0)[0]
     if gap[PERMEANCE] == 0.0:
         return False
-    load = 1.0 / _number(piece, responses.CAPACITY)
-    own, row = nodes_of(state.nodes, piece), response_of(piece)[4]
+    load = 1.0 / number_of(piece, responses.CAPACITY)
+    own, row = nodes_of(state.nodes, piece), response_rows(piece)[4]
     for k in range(own.shape[1]):
         own[MODE, k] = 0.0
     if other < 0:
@@ -116,9 +115,9 @@ def _is_gap(state, gap):
         add_potentials(state.room, own[MODE], own, row[:count], radius, factor)
     else:
         second = state.pieces[other]
-        load += 1.0 / _number(second, responses.CAPACITY)
+        load += 1.0 / number_of(second, responses.CAPACITY)
         source, count = nodes_of(state.nodes, second), place_charges(state.room, own, NO_MIRROR)
-        charges = response_of(second)[4][: source.shape[1]]
+        charges = response_rows(second)[4][: source.shape[1]]
         add_potentials(state.room, own[MODE], source, charges, radius_of_pair(piece, second), -2.0)
     for k in range(count):
         load += row[k] * own[MODE, k]
@@ -153,9 +152,11 @@ def _set_drive(state, gap, m, offsets):
     for number in range(len(state.fields)):
         gap[DRIVE] += field_along_line(start, end, state.fields[number], m, offsets)[0]
     _set_reluctance(state, gap)
+    if gap[THROUGH] < 0.0:
+        return
     piece = state.pieces[int(gap[OTHER])]
-    for k in range(len(state.sources) if gap[THROUGH] >= 0.0 else 0):
-        count = place_charges(state.room, nodes_of(state.nodes, piece), NO_MIRROR)
+    count = place_charges(state.room, nodes_of(state.nodes, piece), NO_MIRROR)
+    for k in range(len(state.sources)):
         gap[DRIVE] += potential_of_end(
             state.room, count, piece, int(gap[THROUGH]), start, state.sources[k]
         )
@@ -175,19 +176,6 @@ def _set_reluctance(state, gap):
         ratio, bar = gap[DRIVE] / most, reluctance_of(one)
         gap[RELUCTANCE] += ratio * ratio * ratio * ratio * bar
         gap[SLOPE] = 4.0 * ratio * ratio * ratio / most * bar
-
-
-@subroutine
-def response_of(piece):
-    """Return the rows of the response of a piece."""
-    words = memory.words(int(piece[RESPONSE]), responses.START)
-    return response_rows(piece, words[responses.PADDED])
-
-
-@subroutine
-def _number(piece, which):
-    """Return a number of the response of a piece."""
-    return memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0, which]
 
 
 @subroutine
@@ -233,15 +221,15 @@ def _most(piece):
     """Return the largest flux through a piece, that which saturates its mean cross section."""
     if piece[SATURATION] == 0.0:
         return math.inf
-    section = _number(piece, responses.VOLUME) / (2.0 * piece[EXTENT])
+    section = number_of(piece, responses.VOLUME) / (2.0 * piece[EXTENT])
     return VACUUM_PERMEABILITY * piece[SATURATION] * section
 
 
 @subroutine
 def _potential(state, piece):
     """Return the derivative of the energy of a piece by its net charge, times mu0, in T m."""
-    own, row = nodes_of(state.nodes, piece), response_of(piece)[4]
-    total = piece[NET] / _number(piece, responses.CAPACITY) + piece[OPPOSED]
+    own, row = nodes_of(state.nodes, piece), response_rows(piece)[4]
+    total = piece[NET] / number_of(piece, responses.CAPACITY) + piece[OPPOSED]
     for k in range(own.shape[1]):
         total += row[k] * own[POTENTIAL, k]
     return total
@@ -250,7 +238,7 @@ def _potential(state, piece):
 @subroutine
 def _add_net(state, piece, change):
     """Add to the net charge of a piece."""
-    own, row = nodes_of(state.nodes, piece), response_of(piece)[4]
+    own, row = nodes_of(state.nodes, piece), response_rows(piece)[4]
     piece[NET] += change
     piece[OPPOSED] += change * piece[STIFFNESS]
     for k in range(own.shape[1]):

@@ -16,7 +16,6 @@ state.
 
 import math
 
-from magmotor.mjcf import memory
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.charge_pairs import add_potentials
 from magmotor.mjcf.forces.gaps import ONE, OTHER, energy_of_gaps, update_flux
@@ -31,13 +30,13 @@ from magmotor.mjcf.forces.iron_pieces import (
     OPPOSED,
     OUTER,
     POTENTIAL,
-    RESPONSE,
     SATURATION,
     STIFFNESS,
     SUSCEPTIBILITY,
     center_of,
     dipole_of_piece,
     nodes_of,
+    number_of,
     radius_of_pair,
     reflected_center,
     reluctance_of,
@@ -144,13 +143,10 @@ def set_charges(piece, own):
     prefer_wide_vectors()
     count = int(piece[COUNT])
     change, charge = own[CHANGE], own[CHARGE]
-    rows = response_rows(
-        piece, memory.words(int(piece[RESPONSE]), responses.START)[responses.PADDED]
-    )
+    rows, net = response_rows(piece), piece[NET]
     for k in range(count):
         change[k] = -charge[k]
         charge[k] = 0.0
-    numbers, net = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0], piece[NET]
     reluctance = reluctance_of(piece)
     if piece[SATURATION] > 0.0:
         _set_saturated(piece, own, rows, reluctance)
@@ -175,7 +171,7 @@ def set_charges(piece, own):
         mean += equilibrium[k] * own[POTENTIAL, k]
         charge[k] += net * equilibrium[k]
         change[k] += charge[k]
-    mean += 0.5 * (net / numbers[responses.CAPACITY] + piece[OPPOSED])
+    mean += 0.5 * (net / number_of(piece, responses.CAPACITY) + piece[OPPOSED])
     piece[ENERGY] += net * mean / VACUUM_PERMEABILITY
 
 
@@ -186,7 +182,7 @@ def _set_saturated(piece, own, rows, reluctance):
     The `reluctance` is that for a reluctivity of 1, for a net charge that comes from one end.
     """
     count, chi, saturation = int(piece[COUNT]), piece[SUSCEPTIBILITY], piece[SATURATION]
-    volume = memory.numbers(int(piece[RESPONSE]), 1, responses.START)[0, responses.VOLUME]
+    volume = number_of(piece, responses.VOLUME)
     potential, charge, mode, slopes = own[POTENTIAL], own[CHARGE], own[MODE], rows[3]
     for j in range(count):
         row, total = rows[responses.ROWS + j], 0.0

@@ -94,16 +94,16 @@ def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
         row[RADIUS] = numbers[responses.RADIUS]
         row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
         row[NET] = row[OPPOSED] = row[THREADED] = 0.0
-        _place(nodes, row, words[responses.PADDED])
+        _place(nodes, row)
         first += words[responses.PADDED]
         count += 1
     return count
 
 
 @subroutine
-def _place(nodes, row, padded):
+def _place(nodes, row):
     """Write the positions of the nodes of a piece, and no charges."""
-    rows, own = response_rows(row, padded), nodes_of(nodes, row)
+    rows, own = response_rows(row), nodes_of(nodes, row)
     for axis in range(3):
         r0, r1, r2 = row[FRAME + 3 * axis], row[FRAME + 3 * axis + 1], row[FRAME + 3 * axis + 2]
         for k in range(own.shape[1]):
@@ -113,10 +113,17 @@ def _place(nodes, row, padded):
 
 
 @subroutine
-def response_rows(row, padded):
+def response_rows(row):
     """Return the rows of a response: x y z of nodes, slopes, equilibrium, and the matrix."""
-    rows = responses.ROWS + int(row[COUNT])
-    return memory.numbers(int(row[RESPONSE]) + 8 * responses.START, rows, padded)
+    address, rows = int(row[RESPONSE]), responses.ROWS + int(row[COUNT])
+    padded = memory.words(address, responses.START)[responses.PADDED]
+    return memory.numbers(address + 8 * responses.START, rows, padded)
+
+
+@subroutine
+def number_of(row, which):
+    """Return a number of the response of a piece, such as its volume."""
+    return memory.numbers(int(row[RESPONSE]), 1, responses.START)[0, which]
 
 
 @subroutine
@@ -154,8 +161,7 @@ def reluctance_of(row):
 
     It is L^2/(3 V), as of a bar that the flux leaves evenly along its length.
     """
-    volume = memory.numbers(int(row[RESPONSE]), 1, responses.START)[0, responses.VOLUME]
-    return 4.0 * row[EXTENT] * row[EXTENT] / (3.0 * volume)
+    return 4.0 * row[EXTENT] * row[EXTENT] / (3.0 * number_of(row, responses.VOLUME))
 
 
 @subroutine

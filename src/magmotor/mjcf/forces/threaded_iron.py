@@ -14,6 +14,7 @@ from magmotor.mjcf.forces.bores import END, axis_of, fits, is_in_bore, passes
 from magmotor.mjcf.forces.distances import distance_from_geom
 from magmotor.mjcf.forces.iron_pieces import FRAME, POSITION, RESPONSE, ellipsoid
 from magmotor.mjcf.forces.iron_unions import CLOSED
+from magmotor.mjcf.forces.lifts import place_on_piece, to_world
 from magmotor.mjcf.forces.shaped_magnets import COIL, POLARIZATION, in_frame
 from magmotor.numerics.deferred import subroutine
 
@@ -50,7 +51,9 @@ def thread_piece(room, count, piece, coil):
     if wide:
         return WIDE
     for k in range(count):
-        g = _nearest(piece, geoms, room[0, k], room[1, k], room[2, k]) if number > 1 else 0
+        place, g = place_on_piece(piece, room[0, k], room[1, k], room[2, k]), 0
+        if number > 1:
+            g = distance_from_piece(piece, -1, *place)[4]
         room[END, k] = g
         if ends[g] == UNKNOWN and is_in_bore(coil, room[0, k], room[1, k], room[2, k]):
             ends[g], found = 0.0, True
@@ -92,29 +95,28 @@ def origin_of(piece):
 def _in_world(piece, x, y, z):
     """Return a point in the frame of the first geom in the world."""
     u, v, w = origin_of(piece)
-    x, y, z, f, p = x - u, y - v, z - w, FRAME, POSITION
-    return (
-        piece[p] + piece[f] * x + piece[f + 1] * y + piece[f + 2] * z,
-        piece[p + 1] + piece[f + 3] * x + piece[f + 4] * y + piece[f + 5] * z,
-        piece[p + 2] + piece[f + 6] * x + piece[f + 7] * y + piece[f + 8] * z,
-    )
+    x, y, z = to_world(piece, x - u, y - v, z - w)
+    return piece[POSITION] + x, piece[POSITION + 1] + y, piece[POSITION + 2] + z
 
 
 @subroutine
-def _nearest(piece, geoms, x, y, z):
-    """Return the geom on which a node is."""
-    x, y, z, f = x - piece[POSITION], y - piece[POSITION + 1], z - piece[POSITION + 2], FRAME
-    u, v, w = origin_of(piece)
-    u += piece[f] * x + piece[f + 3] * y + piece[f + 6] * z
-    v += piece[f + 1] * x + piece[f + 4] * y + piece[f + 7] * z
-    w += piece[f + 2] * x + piece[f + 5] * y + piece[f + 8] * z
-    found, least = 0, math.inf
+def distance_from_piece(piece, only, x, y, z):
+    """Return the distance of a point from a piece, its gradient, and the nearest geom.
+
+    The point is in the frame of the piece. If `only` is not -1, no other geom counts.
+    """
+    (u, v, w), geoms = origin_of(piece), geoms_of(piece)
+    x, y, z, found = x + u, y + v, z + w, 0
+    least, gx, gy, gz = math.inf, 0.0, 0.0, 0.0
     for g in range(len(geoms)):
-        p, q, r = u - geoms[g, PLACE], v - geoms[g, PLACE + 1], w - geoms[g, PLACE + 2]
-        height = distance_from_geom(geoms[g], p, q, r)[0]
-        if height < least:
-            found, least = g, height
-    return found
+        if only >= 0 and only != g:
+            continue
+        p, q, r = x - geoms[g, PLACE], y - geoms[g, PLACE + 1], z - geoms[g, PLACE + 2]
+        d = distance_from_geom(geoms[g], p, q, r)
+        if d[0] < least:
+            found = g
+            least, gx, gy, gz = d
+    return least, gx, gy, gz, found
 
 
 @subroutine

@@ -216,10 +216,7 @@ def boxes(
     if not spacing:
         area = sum(math.prod(np.delete(r.upper - r.lower, r.axis)) for r in rectangles)
         spacing = _spacing(6 * area / len(rectangles))
-    lines, nodes = (
-        [meshes.spaced(edges, spacing) for edges in union.edges],
-        FlatNodes(rectangles, spacing),
-    )
+    lines = [meshes.spaced(edges, spacing) for edges in union.edges]
     cells = meshes.cells_between(lines)[union.inside(lines)]
     interior = neumann_to_dirichlet_of_box(lines) if union.is_box else neumann_to_dirichlet(cells)
     nodes = FlatNodes(rectangles, spacing)
