@@ -187,6 +187,16 @@ def test_a_rod_feels_the_magnets_of_its_own_body():
     assert not data.qfrc_passive.any()
 
 
+def test_a_rod_feels_a_magnet_by_its_geom_on_its_own_body():
+    """The field of a sphere is that of a dipole: m = J V/mu0."""
+    ball = '<geom size=".01" pos=".1 0 0" mass="0" user="0.3 0 0"/></body>'
+    bodies, words = SATELLITE.replace("</body>", ball), "dipoles fields hysteresis magnets"
+    model, data = loaded(bodies, field="0 0 1e-5", act=words)
+    mujoco.mj_forward(model, data)
+    play = 0.3 * 4 / 3 * math.pi * 0.01**3 / (2 * math.pi * 0.1**3) - B_C
+    assert data.plugin_state[1] == pytest.approx(play, rel=5e-11, abs=0)  # 1e-15
+
+
 def crowd():
     """Two rods on free bodies, a magnet of true shape and a dipole that moves, in a gradient."""
     free = (
