@@ -18,20 +18,24 @@ import math
 
 from magmotor.mjcf.forces import responses
 from magmotor.mjcf.forces.charge_pairs import add_potentials
-from magmotor.mjcf.forces.gaps import ONE, OTHER, energy_of_gaps, update_flux
+from magmotor.mjcf.forces.gap_fluxes import update_fluxes
+from magmotor.mjcf.forces.gaps import energy_of_gaps
 from magmotor.mjcf.forces.iron_pieces import (
+    ANSWERED,
     CHANGE,
     CHARGE,
     COUNT,
     ENERGY,
     EXTENT,
+    INNER,
     MODE,
     NET,
-    OPPOSED,
     OUTER,
+    PASSING,
     POTENTIAL,
+    RELUCTIVITY,
     SATURATION,
-    STIFFNESS,
+    STIFFENING,
     SUSCEPTIBILITY,
     center_of,
     dipole_of_piece,
@@ -39,7 +43,6 @@ from magmotor.mjcf.forces.iron_pieces import (
     number_of,
     radius_of_pair,
     reflected_center,
-    reluctance_of,
     response_rows,
 )
 from magmotor.mjcf.forces.iron_potentials import place_charges
@@ -81,12 +84,9 @@ def charge_pieces(state):
                     largest = abs(own[CHARGE, k])
                 if not abs(own[CHANGE, k]) <= change:
                     change, worst = abs(own[CHANGE, k]), i
-        for k in range(len(state.gaps)):
-            gap = state.gaps[k]
-            _set_potential(state, int(gap[ONE]))
-            if gap[OTHER] >= 0.0:
-                _set_potential(state, int(gap[OTHER]))
-            change = max(change, abs(update_flux(state, gap)))
+        for i in range(len(state.pieces) if len(state.gaps) > 0 else 0):
+            _set_potential(state, i)
+        change = max(change, update_fluxes(state))
         if not largest < math.inf:
             break
         alone = len(state.pieces) == 1 and state.mirror[0] == 0.0
@@ -139,7 +139,10 @@ def _add_potential(state, i, j, mirror, factor):
 
 @subroutine
 def set_charges(piece, own):
-    """Set the charges of a piece in the potential at its nodes, and how much they change."""
+    """Set the charges of a piece in the potential at its nodes, and how much they change.
+
+    Flux that passes from gap to gap adds the potential nu times `INNER`.
+    """
     prefer_wide_vectors()
     count = int(piece[COUNT])
     change, charge = own[CHANGE], own[CHARGE]
@@ -147,12 +150,11 @@ def set_charges(piece, own):
     for k in range(count):
         change[k] = -charge[k]
         charge[k] = 0.0
-    reluctance = reluctance_of(piece)
     if piece[SATURATION] > 0.0:
-        _set_saturated(piece, own, rows, reluctance)
+        _set_saturated(piece, own, rows)
     else:
-        piece[STIFFNESS] = reluctance / piece[SUSCEPTIBILITY]
-        piece[OPPOSED] = piece[STIFFNESS] * net
+        nu = 1.0 / piece[SUSCEPTIBILITY]
+        piece[RELUCTIVITY], piece[STIFFENING] = nu, 0.0
         for j in range(count // 2):
             p, q = own[POTENTIAL, 2 * j], own[POTENTIAL, 2 * j + 1]
             one, two = rows[responses.ROWS + 2 * j], rows[responses.ROWS + 2 * j + 1]
@@ -162,25 +164,22 @@ def set_charges(piece, own):
             p, one = own[POTENTIAL, count - 1], rows[responses.ROWS + count - 1]
             for k in range(count):
                 charge[k] -= p * one[k]
-        energy = 0.0
+        energy = nu * piece[PASSING]
         for k in range(count):
-            energy += charge[k] * own[POTENTIAL, k]
+            charge[k] -= nu * own[ANSWERED, k]
+            energy += charge[k] * (own[POTENTIAL, k] + nu * own[INNER, k])
         piece[ENERGY] = 0.5 * energy / VACUUM_PERMEABILITY
-    equilibrium, mean = rows[4], 0.0
+    equilibrium, mean = rows[4], 0.5 * net / number_of(piece, responses.CAPACITY)
     for k in range(count):
         mean += equilibrium[k] * own[POTENTIAL, k]
         charge[k] += net * equilibrium[k]
         change[k] += charge[k]
-    mean += 0.5 * (net / number_of(piece, responses.CAPACITY) + piece[OPPOSED])
     piece[ENERGY] += net * mean / VACUUM_PERMEABILITY
 
 
 @subroutine
-def _set_saturated(piece, own, rows, reluctance):
-    """Add the charges of a piece that saturates to zeros; set its energy, and what opposes its net.
-
-    The `reluctance` is that for a reluctivity of 1, for a net charge that comes from one end.
-    """
+def _set_saturated(piece, own, rows):
+    """Add the charges of a piece that saturates to zeros; set its energy and its reluctivity."""
     count, chi, saturation = int(piece[COUNT]), piece[SUSCEPTIBILITY], piece[SATURATION]
     volume = number_of(piece, responses.VOLUME)
     potential, charge, mode, slopes = own[POTENTIAL], own[CHARGE], own[MODE], rows[3]
@@ -190,14 +189,14 @@ def _set_saturated(piece, own, rows, reluctance):
             total += row[k] * potential[k]
         mode[j] = total
     unit = 1.0 / (VACUUM_PERMEABILITY * saturation)
-    unit, net = unit * unit / volume, piece[NET]
-    nu, rise = _reluctivity(mode, slopes, chi, unit, unit * reluctance * net * net)
-    piece[OPPOSED] = nu * reluctance * net
-    piece[STIFFNESS] = reluctance * (nu + 2.0 * unit * reluctance * net * net / rise)
-    more, energy = nu - 1.0 / chi, 0.0
+    unit = unit * unit / volume
+    nu, rise = _reluctivity(mode, own[ANSWERED], slopes, chi, unit, piece[PASSING])
+    piece[RELUCTIVITY], piece[STIFFENING] = nu, 2.0 * unit / rise
+    more, energy = nu - 1.0 / chi, nu * piece[PASSING]
     for j in range(count):
-        row, part = rows[responses.ROWS + j], mode[j] / (1.0 + more * slopes[j])
-        energy -= mode[j] * part
+        total = mode[j] + nu * own[ANSWERED, j]
+        row, part = rows[responses.ROWS + j], total / (1.0 + more * slopes[j])
+        energy -= total * part
         for k in range(count):
             charge[k] -= part * row[k]
     stored = more - more / (chi * nu)
@@ -206,23 +205,24 @@ def _set_saturated(piece, own, rows, reluctance):
 
 
 @subroutine
-def _reluctivity(mode, slopes, chi, unit, more_square):
+def _reluctivity(mode, answered, slopes, chi, unit, passing):
     """Return nu, for which the mean of (M/M_s)^2 over the piece is 1 - 1/(chi nu)^2.
 
-    `unit` makes it of squared modes, and `more_square` adds to it. The mean falls with nu, and the
-    other side rises: a step of Newton's method that leaves the interval with the root is replaced.
-    Also returned is the slope of the other side minus the mean.
+    `unit` makes it of squares of modes. The mean falls with nu, and the other side rises: a step of
+    Newton's method that leaves the interval with the root is replaced. Also returned is the slope
+    of the other side minus the mean.
     """
     low, high, rise = 1.0 / chi, math.inf, 1.0
     nu = low
     for _ in range(LARGEST_COUNT):
-        square, slope = more_square, 0.0
+        square, slope = unit * passing, 0.0
         more = nu - 1.0 / chi
         for j in range(len(mode)):
             part = 1.0 / (1.0 + more * slopes[j])
-            term = unit * mode[j] * mode[j] * slopes[j] * part * part
-            square += term
-            slope -= 2.0 * term * slopes[j] * part
+            total = part * (mode[j] + nu * answered[j])
+            square += unit * total * (slopes[j] * total - 2.0 * answered[j])
+            change = slopes[j] * total - answered[j]
+            slope -= 2.0 * unit * part * change * change
         inverse = 1.0 / (chi * nu)
         excess = square - (1.0 - inverse * inverse)
         if excess > 0.0:

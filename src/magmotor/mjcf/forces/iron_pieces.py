@@ -21,19 +21,23 @@ GEOM, SUSCEPTIBILITY, SATURATION, POSITION, FRAME, EXTENT = 0, 1, 2, 3, 6, 15
 it."""
 
 (
-    RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, NET, OPPOSED, STIFFNESS, THREADED,
-    COLUMNS,
-) = range(16, 29)  # fmt: skip
+    RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, THREADED, NET, PASSING, RELUCTIVITY,
+    STIFFENING, MUTUAL,
+) = range(16, 30)  # fmt: skip
 """Further columns: the address of its response; its first node and how many there are; the radius
 of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; its
-energy in J in the potential of everything else; its net charge, see `gaps.py`; the potential
-with which the material opposes that, and its slope; whether the piece is in the bore of a coil; and
-how many columns there are."""
+energy in J in the potential of everything else; whether the piece is in the bore of a coil; its net
+charge; twice the energy of the flux that passes from gap to gap, for a reluctivity of 1 and times
+mu0; the reluctivity; the slope of that by what raises it; and the potentials of net charges of 1 of
+all pieces, averaged over the piece, if there is any gap."""
 
-PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, MAGNETS, ANSWER, ROWS = 0, 3, 4, 5, 6, 7, 8, 9, 10
+(
+    PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, INNER, ANSWERED, MAGNETS, ANSWER, ROWS,
+) = 0, *range(3, 13)  # fmt: skip
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
-charges in T m^2; a row for their change; one for the modes of a saturating material; and, if it
-saturates, the potential of magnets alone, and the charges in that near sheets.
+charges in T m^2; a row for their change; one for the modes of a saturating material; the potential
+inside of the flux through gaps, for a reluctivity of 1, and how charges or modes answer it; and, if
+the piece saturates, the potential of magnets alone, and the charges in that near sheets.
 
 Potentials and charges are divided by the scale of moments, as polarizations are."""
 
@@ -93,7 +97,7 @@ def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
         row[RESPONSE], row[FIRST], row[COUNT] = address, first, words[responses.COUNT]
         row[RADIUS] = numbers[responses.RADIUS]
         row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
-        row[NET] = row[OPPOSED] = row[THREADED] = 0.0
+        row[NET] = row[PASSING] = row[THREADED] = 0.0
         _place(nodes, row)
         first += words[responses.PADDED]
         count += 1
@@ -114,8 +118,8 @@ def _place(nodes, row):
 
 @subroutine
 def response_rows(row):
-    """Return the rows of a response: x y z of nodes, slopes, equilibrium, and the matrix."""
-    address, rows = int(row[RESPONSE]), responses.ROWS + int(row[COUNT])
+    """Return the rows of a response: x y z of nodes, slopes, equilibrium, and both matrices."""
+    address, rows = int(row[RESPONSE]), responses.ROWS + 2 * int(row[COUNT])
     padded = memory.words(address, responses.START)[responses.PADDED]
     return memory.numbers(address + 8 * responses.START, rows, padded)
 
@@ -153,15 +157,6 @@ def reflected_center(row, mirror):
         return x, y, z
     place = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
     return place[0], place[1], place[2]
-
-
-@subroutine
-def reluctance_of(row):
-    """Return that of a piece for a reluctivity of 1, and for flux that goes into it at one end.
-
-    It is L^2/(3 V), as of a bar that the flux leaves evenly along its length.
-    """
-    return 4.0 * row[EXTENT] * row[EXTENT] / (3.0 * number_of(row, responses.VOLUME))
 
 
 @subroutine

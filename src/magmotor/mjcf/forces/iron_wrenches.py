@@ -8,7 +8,7 @@ from magmotor.mjcf.forces.applied_fields import MOVES as OWNER_MOVES
 from magmotor.mjcf.forces.applied_fields import OWNER, acts_on
 from magmotor.mjcf.forces.charge_pairs import set_fields
 from magmotor.mjcf.forces.face_images import add_images, clear_wrenches
-from magmotor.mjcf.forces.gaps import add_gap_wrenches
+from magmotor.mjcf.forces.gap_wrenches import add_gap_wrenches
 from magmotor.mjcf.forces.induction import are_far
 from magmotor.mjcf.forces.iron_pieces import (
     ANSWER,

@@ -43,15 +43,15 @@ from magmotor.mjcf.forces.dipole_table import (
 )
 from magmotor.mjcf.forces.drives import read_drives
 from magmotor.mjcf.forces.field_points import count_points, dipole_at
-from magmotor.mjcf.forces.gaps import COLUMNS as COLUMNS_OF_GAP
-from magmotor.mjcf.forces.gaps import PER_PIECE, find_gaps
+from magmotor.mjcf.forces.gap_paths import PER_PIECE, columns_of_gap
+from magmotor.mjcf.forces.gaps import find_gaps
 from magmotor.mjcf.forces.hysteresis import COLUMNS as COLUMNS_OF_MEMORY
 from magmotor.mjcf.forces.hysteresis import set_moments
 from magmotor.mjcf.forces.induction import charge_pieces
 from magmotor.mjcf.forces.iron_fields import flux_of_iron
 from magmotor.mjcf.forces.iron_pieces import (
-    COLUMNS,
     GEOM,
+    MUTUAL,
     count_nodes,
     read_mirror,
     read_pieces,
@@ -99,7 +99,10 @@ class MagneticState(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """How many of each there are at most: dipoles, of sites of magnets, and so on."""
+    """How many of each there are at most: dipoles, of sites of magnets, and so on.
+
+    `nodes` are those of all pieces of iron, and `largest` those of one.
+    """
 
     magnets: int
     sites: int
@@ -109,6 +112,8 @@ class Sizes(NamedTuple):
     coils: int
     shapes: int
     nodes: int
+    largest: int
+    gaps: int
     room: int
     memories: int
 
@@ -128,15 +133,19 @@ def _sizes(table, kinds, nodes, largest):
     for k in range(count):
         sites += magnets[k].end_site - magnets[k].first_site
     shapes = len(declared.shapes(table)) if kinds & SHAPES else 0
+    pieces = _geoms_of_iron(table, kinds)
+    alone = pieces == 1 and len(declared.planes(table)) == 0
     return Sizes(
         count,
         sites,
         len(declared.couplings(table)) if kinds & COUPLINGS else 0,
         len(declared.fields(table)) if kinds & FIELDS else 0,
-        _geoms_of_iron(table, kinds),
+        pieces,
         len(declared.coils(table)) if kinds & COILS and count + shapes > 0 else 0,
         shapes,
         nodes,
+        max(largest, 0),
+        0 if alone else PER_PIECE * pieces,
         max(largest, MOST if shapes > 0 else 0),
         len(declared.memories(table)) if kinds & HYSTERESIS and count > 0 else 0,
     )
@@ -162,7 +171,8 @@ def _stack_words(sizes):
         ROWS * columns
         + 3 * sizes.couplings
         + applied.COLUMNS * sizes.fields
-        + (COLUMNS + COLUMNS_OF_GAP * PER_PIECE) * sizes.pieces
+        + (MUTUAL + sizes.pieces) * sizes.pieces
+        + columns_of_gap(sizes.largest) * sizes.gaps
         + ROWS_OF_NODES * max(sizes.nodes, 0)
         + sizes.coils
         + COLUMNS_OF_SHAPE * _sources(sizes)
@@ -206,12 +216,12 @@ def _room(d, sizes):
     place += 8 * 3 * sizes.couplings
     fields = memory.numbers(place, sizes.fields, applied.COLUMNS)
     place += 8 * applied.COLUMNS * sizes.fields
-    pieces = memory.numbers(place, sizes.pieces, COLUMNS)
-    place += 8 * COLUMNS * sizes.pieces
+    pieces = memory.numbers(place, sizes.pieces, MUTUAL + sizes.pieces)
+    place += 8 * pieces.size
     nodes = memory.numbers(place, ROWS_OF_NODES, max(sizes.nodes, 0))
     place += 8 * ROWS_OF_NODES * max(sizes.nodes, 0)
-    gaps = memory.numbers(place, PER_PIECE * sizes.pieces, COLUMNS_OF_GAP)
-    place += 8 * COLUMNS_OF_GAP * PER_PIECE * sizes.pieces
+    gaps = memory.numbers(place, sizes.gaps, columns_of_gap(sizes.largest))
+    place += 8 * gaps.size
     drives = memory.numbers(place, 1, sizes.coils)[0]
     place += 8 * sizes.coils
     sources = memory.numbers(place, _sources(sizes), COLUMNS_OF_SHAPE)

@@ -32,7 +32,7 @@ charge at nodes; the volume; the center in the frame of the first geom, and the 
 around the nodes; how many rectangles of flat faces there are, and where they start; the capacity in
 m; how many points there are for gaps, and where they start; and where the rows x, y, z of the
 nodes, the slopes of modes and the equilibrium start, which the matrix follows, or the modes if the
-material saturates."""
+material saturates, and the reluctances."""
 
 ROWS = 5
 """Number of rows before the matrix."""
@@ -40,7 +40,7 @@ ROWS = 5
 BITS = 8
 """Responses are kept in 2^8 lists."""
 
-MARK = b"MAGIRON3"
+MARK = b"MAGIRON4"
 """The first eight bytes of a file of responses."""
 
 _lists = (ctypes.c_int64 * (1 << BITS))()
@@ -106,7 +106,7 @@ def _block(key: tuple[float, ...], response: Any) -> Any:
     """Return the words of a response."""
     count = len(response.points)
     padded = -(-count // 8) * 8
-    face = START + (ROWS + count) * padded
+    face = START + (ROWS + 2 * count) * padded
     point = face + response.faces.size
     start = point + response.gap_points.size
     words = np.zeros(start + len(key), np.int64)
@@ -119,10 +119,11 @@ def _block(key: tuple[float, ...], response: Any) -> Any:
     words[POINTS], words[POINT] = response.gap_points.shape[1], point
     numbers[face:point], numbers[point:start] = response.faces.ravel(), response.gap_points.ravel()
     words[FACES], words[FACE] = len(response.faces), face
-    rows = numbers[START:face].reshape(ROWS + count, padded)
+    rows = numbers[START:face].reshape(ROWS + 2 * count, padded)
     rows[:3, :count] = response.points.T
     rows[3, :count], rows[4, :count] = response.slopes, response.equilibrium
-    rows[ROWS:, :count] = response.modes if key[2] else response.matrix
+    rows[ROWS : ROWS + count, :count] = response.modes if key[2] else response.matrix
+    rows[ROWS + count :, :count] = response.reluctances
     return words
 
 

@@ -33,11 +33,15 @@ from magmotor.mjcf.forces.faces import (
 from magmotor.mjcf.forces.induction import set_charges
 from magmotor.mjcf.forces.iron_pieces import (
     ANSWER,
+    ANSWERED,
     CHARGE,
     ENERGY,
+    INNER,
     MAGNETS,
     NET,
+    PASSING,
     POTENTIAL,
+    RELUCTIVITY,
     ROWS,
     SATURATION,
 )
@@ -115,9 +119,11 @@ def _answer_magnets(piece, own, room):
     nodes = memory.numbers(room.ctypes.data, ROWS, count)
     for k in range(count):
         nodes[POTENTIAL, k], nodes[CHARGE, k] = own[MAGNETS, k], 0.0
-    net, piece[NET] = piece[NET], 0.0
+        nodes[INNER, k] = nodes[ANSWERED, k] = 0.0
+    net, passing, nu = piece[NET], piece[PASSING], piece[RELUCTIVITY]
+    piece[NET] = piece[PASSING] = 0.0
     set_charges(piece, nodes)
-    piece[NET] = net
+    piece[NET], piece[PASSING], piece[RELUCTIVITY] = net, passing, nu
     for k in range(count):
         own[ANSWER, k] = nodes[CHARGE, k]
     found, piece[ENERGY] = piece[ENERGY], energy

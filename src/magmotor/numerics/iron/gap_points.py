@@ -9,9 +9,12 @@ from magmotor.numerics.iron.nodes import Nodes
 MOST, FINEST = 4000, 4
 """Number of points, roughly, and number of them along an edge of a panel, at most."""
 
+CHUNK = 512
+"""Number of points at a time."""
+
 
 def gap_points(panels: Array, outward: Array, nodes: Nodes) -> Array:
-    """Return points on the surface and area vectors there.
+    """Return points on the surface, area vectors there, and nodes to which they belong.
 
     Parameters
     ----------
@@ -24,8 +27,8 @@ def gap_points(panels: Array, outward: Array, nodes: Nodes) -> Array:
 
     Returns
     -------
-    ndarray, shape (6, N)
-        Coordinates in m and outward area vectors in m^2.
+    ndarray, shape (7, N)
+        Coordinates in m, outward area vectors in m^2, and the node that counts most at the point.
     """
     count = int(np.clip(np.sqrt(MOST / len(panels)), 1, FINEST))
     u, v = np.meshgrid(*2 * [np.arange(count + 1) / count], indexing="ij")
@@ -36,5 +39,12 @@ def gap_points(panels: Array, outward: Array, nodes: Nodes) -> Array:
     areas = np.linalg.norm(meshes.area_vectors(parts), axis=-1)
     normals = np.repeat(outward, count * count, axis=0)
     normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
-    points, normals = nodes.onto_surface(parts.mean(axis=-2), normals)
-    return np.concatenate([points.T, (areas[:, None] * normals).T])
+    middles = parts.mean(axis=-2)
+    each = np.concatenate(
+        [
+            nodes.interpolation(middles[k : k + CHUNK]).argmax(axis=1)
+            for k in range(0, len(middles), CHUNK)
+        ]
+    )
+    points, normals = nodes.onto_surface(middles, normals)
+    return np.concatenate([points.T, (areas[:, None] * normals).T, each[None]])

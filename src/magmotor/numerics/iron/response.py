@@ -83,8 +83,11 @@ class Response:
         How a net charge of 1 is distributed, over the nodes, if the potential is uniform.
     capacity : float
         That charge over the potential, in m.
-    gap_points : ndarray, shape (6, G)
-        Points on the surface and area vectors; see `gap_points.py`.
+    reluctances : ndarray, shape (K, K)
+        Mean potentials around the nodes, in 1/m, of flux that goes into the piece around one of
+        them and leaves it as the equilibrium, inside of a material with the reluctivity 1.
+    gap_points : ndarray, shape (7, G)
+        Points on the surface, area vectors, and nodes; see `gap_points.py`.
     """
 
     points: Array
@@ -98,6 +101,7 @@ class Response:
     center: Array
     equilibrium: Array
     capacity: float
+    reluctances: Array
     gap_points: Array
 
     @property
@@ -317,6 +321,8 @@ def _response(
     form = _of_zero_sum(mutual) + inside / susceptibility
     means = panel_means(panels, nodes)
     net = cho_solve(cho_factor(mutual, lower=True), np.ones(len(panels)))
+    around = np.linalg.norm(vectors, axis=1)[:, None] * means
+    around = (around / around.sum(axis=0) - net[:, None] / net.sum())[:-1]
     sign = math.copysign(1.0, susceptibility)
     lower = cholesky(sign * form, lower=True)
     half = solve_triangular(lower, means[:-1] - means[-1], lower=True)
@@ -327,7 +333,7 @@ def _response(
         nodes.points, sign * half.T @ half, modes, slopes,
         float(meshes.outward(cells)[2].sum()), susceptibility, RADIUS * spacing,
         nodes.faces, np.asarray(center), net @ means / net.sum(), float(net.sum()),
-        gap_points(panels, vectors, nodes),
+        around.T @ inside @ around, gap_points(panels, vectors, nodes),
     )  # fmt: skip
     if isinstance(nodes, FlatNodes) and len(nodes.faces) > 6:
         return found  # a union of boxes may be magnetized obliquely
