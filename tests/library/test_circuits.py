@@ -74,7 +74,7 @@ def pull(core, keeper, gap, winding=None, current=0.0, *, field=0.0, chi=1000, f
             iron=iron,
             coil=COIL if winding else "",
             bodies=core + body("pulled", keeper, f'pos="0 0 {away}"'),
-        )  # fmt: skip
+        )
     )
     data = mujoco.MjData(model)
     data.ctrl[0] = current
