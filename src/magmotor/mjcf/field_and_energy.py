@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.exceptions import ArgumentError
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import error_raising, layout, memory
@@ -57,7 +57,8 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     ------
     ValueError
         A point coincides with a dipole, is outside the table of an applied field or below the plane
-        of iron; a dipole or piece of iron is there; or the data belong to another model.
+        of iron; a dipole or piece of iron is there; or the data have no positions yet, or belong to
+        another model.
 
     Examples
     --------
@@ -103,7 +104,8 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     ------
     ValueError
         Two dipoles that act on one another coincide, a dipole or piece of iron is outside the table
-        of an applied field or below the plane of iron, or the data belong to another model.
+        of an applied field or below the plane of iron, or the data have no positions yet, or belong
+        to another model.
     """
     return _observed(model, data, energy=True)[0]
 
@@ -136,6 +138,9 @@ def _observed(
         raise ArgumentError(
             "number of sites of data", len(data.site_xpos), f"must be {model.nsite}"
         )
+    if not data.xquat[0].any():  # the world's own frame, as in new data
+        sentence = "are not known before mujoco.mj_forward(model, data), mj_kinematics or mj_step"
+        raise InputError(f"positions and orientations of data {sentence}")
     acting_forces(model)
     if (needed := stack_bytes(model)) > data.narena - data.parena - data.pstack:
         sentence = f"must be larger by about {needed} bytes, for the dipoles"
