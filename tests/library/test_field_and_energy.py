@@ -66,6 +66,23 @@ def test_generalized_forces_are_the_gradient_of_the_energy(chain):
         assert abs(slope + expected) < 3e-8 * abs(found).max()  # 2e-9
 
 
+def test_data_without_positions_are_an_error(chain):
+    """As they are new, and after a reset."""
+    model, data = chain
+    mujoco.mj_resetData(model, data)
+    view = mujoco.MjvScene(model, 100)
+    for each in (data, mujoco.MjData(model)):
+        for compute in (
+            lambda each=each: mm.magnetic_energy(model, each),
+            lambda each=each: mm.field(model, each, [0, 0, 1]),
+            lambda each=each: mm.draw_moments(view, model, each),
+        ):
+            with pytest.raises(ValueError, match=r"not known before mujoco\.mj_forward"):
+                compute()
+        mujoco.mj_kinematics(model, each)
+        assert np.isfinite(mm.magnetic_energy(model, each))
+
+
 def test_the_field_is_the_sum_of_the_sites(chain):
     """By the closed form mu0/(4 pi r^3) (3 (m.n) n - m), written out."""
     model, data = chain

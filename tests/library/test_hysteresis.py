@@ -202,12 +202,12 @@ def crowd():
     free = (
         '<body pos="{}" quat="{}"><freejoint/><geom size=".004" contype="0" mass=".01"/>{}</body>'
     )
-    rod = '<site name="{}" pos=".002 .001 0" zaxis="1 2 0" user="{}"/>'
+    rod = '<site name="{}" pos=".002 .001 0" zaxis="{}" user="{}"/>'
     disk = '<geom type="cylinder" size=".01 .003" user="0 .1 1.2" contype="0" mass=".01"/>'
-    rods = rod.format("rod", MOMENT) + rod.format("more", 2e-3)
+    rods = rod.format("rod", "1 2 0", MOMENT) + rod.format("more", "1 2 0", 2e-3)
     return "".join((
         free.format("0 0 0", "1 .2 .3 .1", rods + BAR),
-        free.format(".02 .01 .015", ".2 1 .3 .1", rod.format("other", -MOMENT)),
+        free.format(".02 .01 .015", ".2 1 .3 .1", rod.format("other", "-1 -2 0", MOMENT)),
         free.format(".01 -.02 .02", "1 0 .3 .1", disk),
         free.format("-.03 .01 .02", "1 0 .3 .1", '<site user="1e-3"/>'),
     ))  # fmt: skip
@@ -432,6 +432,7 @@ SHAPES = '<geom name="floor" type="plane" pos="0 0 -1" size="1 1 1"/><geom name=
             {"bodies": SATELLITE.replace("><j", " user='1 0 0 0 0 0'><j")},
         ),
         ("between 0 and 1", {"loop": "12"}),
+        ("must not be negative", {"bodies": SATELLITE.replace('user="', 'user="-')}),
     ],
 )
 def test_what_cannot_be_is_an_error(sentence, changes):

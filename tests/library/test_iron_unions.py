@@ -254,3 +254,30 @@ def test_a_fixed_body_that_moves_needs_no_new_response():
             model.body("iron").pos[:] = shift
             mujoco.mj_forward(model, data)
     assert len(responses.kept()) == before
+
+
+MAGNETS = {
+    "a site": '<site user=".4"/>',
+    "sites": "".join(f'<site pos="{k}e-5 0 0" user=".02"/>' for k in range(-10, 11)),
+    "a geom": '<geom type="cylinder" size=".004 .002" user="0 0 1.2" contype="0"/>',
+}
+
+
+@pytest.mark.parametrize("magnet", MAGNETS)
+def test_the_center_of_a_tube_is_not_in_iron(magnet):
+    """A magnet may be there, where by symmetry nothing pulls it, and the field is known there."""
+    names = "".join(f'<element objtype="geom" objname="{k}"/>' for k in range(4))
+    walls = "".join(f'<geom name="{k}" {box(*each)}/>' for k, each in enumerate(TUBE))
+    text = MODEL.format(names=names, geoms=walls).replace('data="', 'data="dipoles ', 1)
+    start, end = text.index('<geom type="box" size=".005'), text.index("</body>\n  </worldbody>")
+    core = '<geom size=".001" contype="0"/>' + MAGNETS[magnet]
+    model = mujoco.MjModel.from_xml_string(text[:start] + core + text[end:])
+    pulls = [
+        np.linalg.norm(with_magnet(model, [0, 0, height]).body("magnet").xfrc_applied[:3])
+        for height in (0, 1)
+    ]
+    assert pulls[0] < 1e-4 * pulls[1]  # 8e-6
+    data = with_magnet(model, [0, 0, 40])
+    center = data.body("iron").xpos
+    at, beside = (mm.field(model, data, center + height) for height in (0.0, 1e-7))
+    assert np.linalg.norm(at - beside) < 1e-4 * np.linalg.norm(at)  # 2e-5

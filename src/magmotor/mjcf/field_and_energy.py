@@ -138,7 +138,7 @@ def _observed(
         raise ArgumentError(
             "number of sites of data", len(data.site_xpos), f"must be {model.nsite}"
         )
-    if not data.xquat[0].any():  # the world's own frame, as in new data
+    if model.nsite + model.ngeom > 0 and not data.xquat[0].any():  # of the world, as in new data
         sentence = "are not known before mujoco.mj_forward(model, data), mj_kinematics or mj_step"
         raise InputError(f"positions and orientations of data {sentence}")
     acting_forces(model)
@@ -175,7 +175,7 @@ def _write_dipoles(state, dipoles):
         for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
             if len(dipoles) > 0:
                 moment = table[3, i], table[4, i], table[5, i]
-                if magnets.iron <= i < magnets.shaped:
+                if k >= magnets.sources:
                     moment = moment_of_piece(state, i - magnets.iron)
                 for row in range(3):
                     dipoles[count, row] = table[row, i]
