@@ -130,6 +130,9 @@ CORNER = (
 DISK, BOX = geom("cylinder", ".01 .0025", ".2 0 1.3"), geom("box", ".006 .005 .0025", "0 0 -1.3")
 SMALL, BAR = geom("cylinder", ".003 .0025", "0 0 1.3"), geom("capsule", ".004 .01", ".7 0 1.3")
 BEAD = '<body pos=".02 .01 .02"><freejoint/><geom name="b" type="sphere" size=".005"/></body>'
+BLOCK = (
+    '<body pos=".012 .002 -.0061"><freejoint/><geom name="b" type="box" size=".01 .008 .005"/></body>'
+)
 SCENES = {
     "one": (SHEET, body(DISK, ".003 .004 .0055", "8 -11 30"), ""),
     "edge": (SHEET, body(BOX, ".036 .004 .0045", "5 3 30"), ""),
@@ -144,6 +147,7 @@ SCENES = {
         CORNER, body(DISK, ".025 .004 .0045", "4 0 0") + body(BAR, "-.01 0 .006", "84 0 0"), "",
     ),
     "bead": (SHEET, body(DISK, ".003 .004 .0045", "8 0 30"), BEAD),
+    "gap": (SHEET, body(DISK, ".003 .004 .0045", "8 0 30"), BLOCK),
 }  # fmt: skip
 
 

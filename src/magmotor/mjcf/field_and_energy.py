@@ -138,10 +138,10 @@ def _observed(
         raise ArgumentError(
             "number of sites of data", len(data.site_xpos), f"must be {model.nsite}"
         )
+    acting_forces(model)
     if model.nsite + model.ngeom > 0 and not data.xquat[0].any():  # of the world, as in new data
         sentence = "are not known before mujoco.mj_forward(model, data), mj_kinematics or mj_step"
         raise InputError(f"positions and orientations of data {sentence}")
-    acting_forces(model)
     if (needed := stack_bytes(model)) > data.narena - data.parena - data.pstack:
         sentence = f"must be larger by about {needed} bytes, for the dipoles"
         raise ArgumentError("size memory of the model", data.narena, sentence)
