@@ -43,24 +43,6 @@ def free(geom, pos="0 0 0", name="piece"):
     return f'<body pos="{pos}"><freejoint/><geom name="{name}" {geom}/></body>'
 
 
-def wrenches_by_energy(model, data, bodies):
-    """Forces and torques (bodies, 2, 3) on the first bodies, all free, by differences of 1 um."""
-    slopes = []
-    for k in range(6 * bodies):
-        energies = []
-        for step in (1e-6, -1e-6):
-            moved, velocity = mujoco.MjData(model), np.zeros(model.nv)
-            velocity[k] = step
-            mujoco.mj_integratePos(model, moved.qpos, velocity, 1.0)
-            mujoco.mj_kinematics(model, moved)
-            energies.append(mm.magnetic_energy(model, moved))
-        slopes.append((energies[1] - energies[0]) / 2e-6)
-    # MuJoCo's torques on free bodies are along their own axes.
-    turns, found = data.xmat[1 : 1 + bodies].reshape(-1, 3, 3), np.reshape(slopes, (-1, 2, 3))
-    found[:, 1] = np.einsum("bij,bj->bi", turns, found[:, 1])
-    return found
-
-
 def factors(axes):
     """Demagnetizing factors of an ellipsoid: abc/2 int dt/((t + a^2) sqrt(...)), t = u^2."""
     return np.array([

@@ -17,6 +17,8 @@ from test_check_shapes import DISK, free, load
 import magmotor as mm
 from benchmarks.accuracy.pull_exact import pull_of_twin, pull_on_steel
 from magmotor.mjcf.checking.closest_approach import meetings
+from magmotor.mjcf.checking.true_approach import TrueApproach
+from magmotor.mjcf.checking.true_pull import force_in_pose as forces
 
 SIZES, REMANENCE, STEEL = (0.0127, 0.003175), 1.32, 1000.0
 MAGNET = DISK.format("disk")
@@ -84,6 +86,23 @@ def test_the_gripper_of_the_examples_holds_a_plate_through_its_wall():
     assert not mm.check(model).findings
 
 
+def test_what_pulls_is_computed_once(monkeypatch):
+    """Whatever settings are tried, for each of four wheels, whose forces are alike."""
+    path = Path(__file__).parents[2] / "examples" / "climbing_robot.xml"
+    calls, pull = [], TrueApproach.pull
+
+    def counted(self, *args):
+        calls.append(args)
+        return pull(self, *args)
+
+    monkeypatch.setattr(TrueApproach, "pull", counted)
+    forces.cache_clear()
+    assert mm.check(mujoco.MjModel.from_xml_path(str(path))).solref
+    assert len(calls) == 4
+    found = forces.cache_info()
+    assert found.hits > found.misses
+
+
 def test_only_what_touches_must_be_stiff():
     model = load(SLAB + HAND.format(STOPS.format("2e-5")))
     assert {*mm.check(model).solref} == {"geom 'block'", "geom 'housing'"}
@@ -126,6 +145,16 @@ def test_a_cup_keeps_a_magnet_off_a_slab_but_not_off_a_rod():
     assert pull == pytest.approx(pull_in_a_run(model, mujoco.MjData(model)), rel=6e-3)  # 1.5e-3
 
 
+DIPOLE = '<geom type="cylinder" size=".00635 .0015875" density="7500"/><site user=".42"/>'
+
+
+def test_a_cup_keeps_a_dipole_site_off_a_slab():
+    """As on a half-space of iron of susceptibility 1000, by the image of the dipole."""
+    pull, _ = finding(load(SLAB + free(DIPOLE + CUP, "0 0 .1")))
+    exact = 3e-7 * 0.42**2 / (8 * 0.003**4) * STEEL / (STEEL + 2)
+    assert pull == pytest.approx(exact, rel=1e-3)  # 5e-5
+
+
 # Poses that joints allow --------------------------------------------------------------------------
 
 INERTIA = '<inertial pos="0 0 0" mass=".1" diaginertia="1e-4 1e-4 1e-4"/>'
@@ -165,6 +194,15 @@ def test_the_wheel_of_a_cart_stays_on_its_rim(iron, joints):
 def test_a_cart_that_turns_touches_the_side_of_iron_with_its_wheel():
     pull, _ = finding(load(SLAB + cart(SLIDES + YAW)))
     assert pull == pytest.approx(on_steel(0.0), rel=1e-2)  # 3.2e-3
+
+
+def test_the_wheel_of_a_cart_stays_on_its_rim_with_a_dipole_site_in_it():
+    """The moment lies along the iron, which pulls it half as strongly as one across."""
+    wheel = re.sub('<geom name="disk".*', '<site user=".42"/>', cart(SLIDES))
+    exact = 1.5e-7 * 0.42**2 / (8 * 0.01**4) * STEEL / (STEEL + 2)
+    for iron in (SLAB, PLATE):
+        pull, _ = finding(load(iron + wheel))
+        assert pull == pytest.approx(exact, rel=5e-3)  # 3e-4
 
 
 def test_a_free_wheel_lies_flat():

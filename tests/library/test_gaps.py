@@ -9,7 +9,8 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from iron_models import free, iron, load, wrenches_by_energy
+from energy_slopes import wrenches_by_energy
+from iron_models import free, iron, load
 
 import magmotor as mm
 

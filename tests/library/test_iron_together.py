@@ -6,7 +6,8 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from iron_models import factors, free, iron, load, wrenches_by_energy
+from energy_slopes import wrenches_by_energy
+from iron_models import factors, free, iron, load
 from scipy.integrate import quad
 from scipy.optimize import brentq
 

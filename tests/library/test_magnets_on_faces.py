@@ -7,6 +7,7 @@ import magpylib
 import mujoco
 import numpy as np
 import pytest
+from energy_slopes import slope_of_energy
 from scipy.spatial.transform import Rotation
 
 import magmotor as mm
@@ -201,16 +202,11 @@ def test_wrenches_are_derivatives_of_the_energy(name):
     found = np.zeros(model.nv)
     for k in range(1, model.nbody):
         mujoco.mj_applyFT(model, data, forces[k], torques[k], places[k], k, found)
-    start, generator = data.qpos.copy(), np.random.default_rng(0)
+    generator = np.random.default_rng(0)
     for _ in range(4):
-        motion, energies = generator.normal(size=model.nv), []
+        motion = generator.normal(size=model.nv)
         motion.reshape(-1, 6)[:, 3:] *= 50.0
-        for sign in (1, -1):
-            data.qpos[:] = start
-            mujoco.mj_integratePos(model, data.qpos, motion, sign * 2e-7)
-            mujoco.mj_kinematics(model, data)
-            energies.append(mm.magnetic_energy(model, data))
-        error = found @ motion + (energies[0] - energies[1]) / 4e-7
+        error = found @ motion + slope_of_energy(model, data, motion, 2e-7)
         assert abs(error) < 3e-6 * size  # 3e-7
 
 

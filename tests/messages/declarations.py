@@ -215,6 +215,11 @@ DeclarationError(loop, 0): numeric 0 'loop' = 12: a loop must have a coercivity 
 >>> mm.describe(model(hysteresis("site hand", "numeric loop", loop="12 1")))
 DeclarationError(loop, 0): numeric 0 'loop' = 12 1: a loop must have a coercivity in A/m, which is
     positive and finite, and the remanence over the saturation, between 0 and 1
+>>> negative = model(hysteresis("site hand", "numeric loop"))
+>>> negative.site("hand").user[0] = -1e-3
+>>> mm.describe(negative)
+DeclarationError(moment, 1): site 1 'hand' = -0.001: the moment of a site with hysteresis is that
+    at saturation, in A m^2, and must not be negative; its z axis may point the other way
 
 # Marks
 >>> mm.describe(model(act="magnet"))

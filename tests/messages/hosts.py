@@ -111,6 +111,24 @@ FatalError: dipole sites 1 'magnet' and 0 'fixed' coincide: their force is undef
 >>> mm.field(pair, at(pair, 0), [1, 0, 0])
 ArgumentError: points = array([1., 0., 0.]): must not coincide with a dipole (within 1e-09 m)
 
+# Data without positions
+>>> mm.magnetic_energy(pair, mujoco.MjData(pair))
+NameError: name 'pair' is not defined
+>>> mm.field(pair, mujoco.MjData(pair), [0, 0, 1])
+NameError: name 'pair' is not defined
+
+# Magnets by their geom that coincide
+>>> ball = '<geom name="ball" size="0.1" user="0 0 1"/>'
+>>> both = model(ball, body=MOVING.replace("/>", ' user="0 0 1"/>').replace("ball", "other"))
+>>> mm.magnetic_energy(both, at(both, 0))
+DeclarationError(potential, 0): joint 0 '': its user numbers must be pairs, the finite Fourier
+    coefficients of a potential, and the joint must be a slide or a hinge
+>>> site = model(ball, body=MOVING + MAGNET)
+ValueError: XML Error: Error: repeated name 'ball' in geom
+Element 'geom', line 8
+>>> mm.magnetic_energy(site, at(site, 0))
+NameError: name 'site' is not defined
+
 # Dipoles and a table
 >>> step(model(custom=table()), qpos=2)
 FatalError: dipole site 0 'magnet' is outside the grid of the table in numeric 0 'field': it is at

@@ -29,6 +29,9 @@ AT_NODE, IN_GRADIENT = 2, 4
 OF_CONFIG, OF_BOTH = 1, 2
 """Forms of an error `MARK`, which otherwise is of the text."""
 
+AT_SATURATION = 1
+"""Form of an error `MOMENT`, of a site with hysteresis."""
+
 INFINITE = 1
 """Form of an error `POLARIZATION`, which otherwise is too large."""
 

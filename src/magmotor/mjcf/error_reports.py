@@ -24,6 +24,7 @@ from magmotor.mjcf.declarations.marks import has_words, has_words_of_mark, marks
 from magmotor.mjcf.declarations.reader import table_of
 from magmotor.mjcf.declarations.shapes import polarization_of
 from magmotor.mjcf.declarations.table import fields
+from magmotor.mjcf.declarations.user_numbers import moment_of
 from magmotor.mjcf.declarations.valid_indices import invalid_index
 from magmotor.mjcf.error_numbers import FORM, KIND
 from magmotor.mjcf.forces import drives
@@ -184,6 +185,8 @@ def _find_details(error, m, d, offsets, details):
         x, y, z = polarization_of(first, m, offsets)
         details[0], details[1], details[2] = x, y, z
         details[FORM] = 0.0 if math.isfinite(x + y + z) else error_numbers.INFINITE
+    elif number == error_numbers.MOMENT:
+        details[0], details[FORM] = moment_of(first, m, offsets), error[3]
     elif number in (error_numbers.POLYHEDRON, error_numbers.COLD, error_numbers.UNSTORED):
         details[FORM] = error[3]
     elif number == error_numbers.OUTSIDE:

@@ -128,9 +128,9 @@ _OF_ERRORS: dict[int, Forms] = {
         for number, both in enumerate(
             (
                 "dipole sites {number} {name} and {other} {other_name}",
-                "iron geom {number} {name} and dipole site {other} {other_name}",
-                "dipole site {number} {name} and iron geom {other} {other_name}",
-                "iron geom {number} {name} and iron geom {other} {other_name}",
+                "the center of magnet geom {number} {name} and dipole site {other} {other_name}",
+                "dipole site {number} {name} and the center of magnet geom {other} {other_name}",
+                "the centers of magnet geoms {number} {name} and {other} {other_name}",
             )
         )
     },
@@ -246,10 +246,16 @@ _OF_ERRORS: dict[int, Forms] = {
         "joint {number} {name}: its user numbers must be pairs, the finite Fourier coefficients of"
         " a potential, and the joint must be a slide or a hinge"
     ),
-    error_numbers.MOMENT: (
-        "site {number} {name}: its only user number must be its moment in A m^2, which must be"
-        " finite; the direction is its z axis"
-    ),
+    error_numbers.MOMENT: {
+        ELSE: (
+            "site {number} {name}: its only user number must be its moment in A m^2, which must be"
+            " finite; the direction is its z axis"
+        ),
+        error_numbers.AT_SATURATION: (
+            "site {number} {name} = {0:g}: the moment of a site with hysteresis is that at"
+            " saturation, in A m^2, and must not be negative; its z axis may point the other way"
+        ),
+    },
     error_numbers.PATH: (
         "userdata[{number}] = {0:g}: the numbers that select the noise (seed, replica, factor,"
         " level, first step) must be integers from 0 to 2^53 - 1, a factor at most 2^24 and a level"

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from magmotor.common.arguments import checked
 from magmotor.common.arrays import Array
-from magmotor.common.exceptions import ArgumentError
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import error_raising, layout, memory
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declarations.marks import COUPLINGS
+from magmotor.mjcf.declarations.marks import COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.declared import couplings, name_of
 from magmotor.mjcf.error_numbers import BEHIND, COINCIDENCE, OUTSIDE, WORDS
@@ -57,7 +57,8 @@ def field(model: mujoco.MjModel, data: mujoco.MjData, points: Points) -> Array:
     ------
     ValueError
         A point coincides with a dipole, is outside the table of an applied field or below the plane
-        of iron; a dipole or piece of iron is there; or the data belong to another model.
+        of iron; a dipole or piece of iron is there; or the data have no positions yet, or belong to
+        another model.
 
     Examples
     --------
@@ -103,7 +104,8 @@ def magnetic_energy(model: mujoco.MjModel, data: mujoco.MjData) -> float:
     ------
     ValueError
         Two dipoles that act on one another coincide, a dipole or piece of iron is outside the table
-        of an applied field or below the plane of iron, or the data belong to another model.
+        of an applied field or below the plane of iron, or the data have no positions yet, or belong
+        to another model.
     """
     return _observed(model, data, energy=True)[0]
 
@@ -136,7 +138,10 @@ def _observed(
         raise ArgumentError(
             "number of sites of data", len(data.site_xpos), f"must be {model.nsite}"
         )
-    acting_forces(model)
+    magnetic = acting_forces(model) & (DIPOLES | FIELDS | IRON | SHAPES)
+    if magnetic and not data.xquat[0].any():  # of the world, as in new data
+        sentence = "are not known before mujoco.mj_forward(model, data), mj_kinematics or mj_step"
+        raise InputError(f"positions and orientations of data {sentence}")
     if (needed := stack_bytes(model)) > data.narena - data.parena - data.pstack:
         sentence = f"must be larger by about {needed} bytes, for the dipoles"
         raise ArgumentError("size memory of the model", data.narena, sentence)
@@ -170,7 +175,7 @@ def _write_dipoles(state, dipoles):
         for i in range(int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])):
             if len(dipoles) > 0:
                 moment = table[3, i], table[4, i], table[5, i]
-                if magnets.iron <= i < magnets.shaped:
+                if k >= magnets.sources:
                     moment = moment_of_piece(state, i - magnets.iron)
                 for row in range(3):
                     dipoles[count, row] = table[row, i]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from magmotor.mjcf.checking.closest_approach import meetings
+from magmotor.mjcf.checking.closest_approach import Known, meetings
 from magmotor.mjcf.checking.driven_spins import unknown_spins
 from magmotor.mjcf.checking.eddy_brakes import speed_notes, strong_brakes
 from magmotor.mjcf.checking.failure import Failure
@@ -34,10 +34,10 @@ from magmotor.mjcf.not_acting import SKIPPED
 
 
 def failures(
-    model: mujoco.MjModel, state: mujoco.MjData, description: Description
+    model: mujoco.MjModel, state: mujoco.MjData, description: Description, known: Known
 ) -> Iterator[Failure]:
     """Yield what will fail in a state, whose positions and contacts are up to date."""
-    pairs, misplaced = [*meetings(model, state)], [*_misplaced(model, state)]
+    pairs, misplaced = [*meetings(model, state, known)], [*_misplaced(model, state)]
     yield from _idleness(model, description)
     yield from _skipped(model, description)
     yield from _huge(description)

@@ -15,6 +15,7 @@ from magmotor.common.checks import check_number
 from magmotor.common.exceptions import ArgumentError
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.checking.all_findings import Failure, failures
+from magmotor.mjcf.checking.closest_approach import Known
 from magmotor.mjcf.checking.element_order import require_order
 from magmotor.mjcf.describe import Description, describe, elsewhere
 from magmotor.mjcf.langevin.temperature import joined
@@ -159,7 +160,8 @@ def check(
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the plugin, since the findings say the same
         state, description = _state(model, data), describe(model)
-        found = [*failures(tried, state, description)]
+        known = Known()
+        found = [*failures(tried, state, description, known)]
         first, doubts = ([each for each in found if each.note is kind] for kind in (False, True))
         for _ in range(ROUNDS):  # since one proposal may need another
             step, constants = tried.opt.timestep, _proposed(found)
@@ -171,7 +173,7 @@ def check(
             integrator = chosen or integrator
             if not (constants or chosen or tried.opt.timestep < step):
                 break
-            found = [*failures(tried, _state(tried, data), description)]
+            found = [*failures(tried, _state(tried, data), description, known)]
     timestep = float(tried.opt.timestep)
     done, settings = "set" if fix else "proposed", []
     if solref:

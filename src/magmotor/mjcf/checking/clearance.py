@@ -72,10 +72,13 @@ class Clearance:
         square = (between**2).sum(axis=1) - along**2
         half = np.sqrt(np.maximum(self._reach**2 - square, 0))
         near = np.flatnonzero((square < self._reach**2) & (half - along > start))
+        near = near[np.argsort(along[near] - half[near], kind="stable")].tolist()  # farthest first
         ends, found, stopped, last = {}, start, True, -1
         while stopped:
             stopped = False
-            for k in near[half[near] - along[near] > found].tolist():
+            for k in near:
+                if half[k] - along[k] <= found:
+                    break
                 way = k, places[k], frames[k], turn
                 if k not in ends:
                     ends[k] = self._end_of(*way, normal, half[k])

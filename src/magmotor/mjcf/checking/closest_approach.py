@@ -79,12 +79,26 @@ class Meeting(NamedTuple):
     A long timestep can still take them through each other."""
 
 
-def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
-    """Yield the pairs of magnets that can come near each other, like ones together."""
+class Known:
+    """What depends on shapes and joints only, so that it needs no second computation."""
+
+    def __init__(self) -> None:
+        self.sides: dict[tuple, Side] = {}
+        self.pulls: dict[tuple, tuple[tuple[float, float], NDArray[np.bool_]]] = {}
+        """Forces and their gradients, and what has touched."""
+
+
+def meetings(
+    model: mujoco.MjModel, data: mujoco.MjData, known: Known | None = None
+) -> Iterator[Meeting]:
+    """Yield the pairs of magnets that can come near each other, like ones together.
+
+    `known` is filled, and is right for other timesteps, contacts and limits of the same model.
+    """
     magnets = magnets_of(model, data)
     if len(magnets) < 2:
         return
-    scene = _Scene(model, data, magnets)
+    scene = _Scene(model, data, magnets, known or Known())
     geoms, pairs = rows_of_magnets(model, magnets, scene.rows)
     weld_of = model.body_weldid[model.geom_bodyid]
     touching = numbers_of_kinds(model, geoms, pairs, len(magnets))
@@ -103,10 +117,11 @@ def meetings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Meeting]:
 class _Scene:
     """A model and what is the same for several of its pairs of magnets."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, magnets: list[Magnet]) -> None:
-        self.model, self.data = model, data
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, magnets: list[Magnet], known: Known
+    ) -> None:
+        self.model, self.data, self.known = model, data, known
         self.rows, self.strong = touching_geoms(model), strong_iron(model, magnets)
-        self._sides: dict[tuple, Side] = {}
         self._covers: dict[frozenset[int], Covers] = {}
 
     def covers(self, soft: frozenset[int]) -> Covers:
@@ -118,10 +133,11 @@ class _Scene:
     def side(self, magnet: Magnet, geoms: NDArray, margin: float, soft: frozenset[int]) -> Side:
         """Return the dipoles of a magnet below the surfaces of these geoms."""
         key = magnet.body, magnet.images, geoms.tobytes(), margin, soft
-        if key not in self._sides:
+        sides = self.known.sides
+        if key not in sides:
             covers = self.covers(soft)
-            self._sides[key] = Side(self.model, self.data, magnet, geoms, margin, covers)
-        return self._sides[key]
+            sides[key] = Side(self.model, self.data, magnet, geoms, margin, covers)
+        return sides[key]
 
 
 class _Pair:
@@ -157,7 +173,7 @@ class _Pair:
         joints = limited_joints(model, one.body, other.body)
         self._walls = [joint for joint in joints if joint not in soft]
         self._freedom = Freedom(model, data, magnets, self._walls)
-        self._duo = duo_of(model, data, magnets)
+        self._duo = duo_of(model, data, magnets) if self._needs_shapes() else None
         self._level, self._standing, self._clearance = 0.0, None, None
         if other.images:
             self._level = max(0.0, float(self._sides[1].depth[0]))
@@ -173,6 +189,17 @@ class _Pair:
         self._bare = self._acts & (self._apart < COINCIDENCE) & ~in_bores(model, one, other)
         """Which dipoles no contact keeps apart, of which neither is in the bore of the other."""
 
+    def _needs_shapes(self) -> bool:
+        """Return whether dipoles and a plane that touch do not tell the force.
+
+        They do not for magnets by their geom; nor for sites near iron, where other geoms than those
+        around them, or joints, keep them off it.
+        """
+        magnets, kept = self._magnets, any(side.covered for side in self._sides)
+        near_iron = any(magnet.responses.any() for magnet in magnets) and not magnets[1].images
+        kept = near_iron and (kept or not self._freedom.whole)
+        return kept or any(magnet.shaped for magnet in magnets)
+
     def _stand(self, geoms: NDArray, margin: float) -> Stand | None:
         return stand(*self._state, geoms, margin, self._covers, self._freedom)
 
@@ -182,8 +209,13 @@ class _Pair:
         if not duo or not least < np.inf:
             return 0.0, 0.0
         if self._clearance:
-            true = TrueApproach(duo, self._sides, self._clearance, self._freedom, self._acts)
-            return true.pull(least, step)
+            known, bodies = self._scene.known.pulls, (one.body, other.body)
+            key = *bodies, self._own.tobytes(), self._soft, *self._walls, least, step
+            if key not in known:
+                true = TrueApproach(duo, self._sides, self._clearance, self._freedom, self._acts)
+                known[key] = true.pull(least, step), self._clearance.touched
+            pull, self._clearance.touched = known[key]
+            return pull
         solid = one.elements[one.elements >= self._scene.model.nsite] - self._scene.model.nsite
         return pull_above_plane(one, other, self._stand(solid, 0.0), least, duo)
 

@@ -112,6 +112,11 @@ class Side:
             deepest[deeper], normals[deeper] = depth[deeper], normal[deeper]
         return deepest + self._margin, normals
 
+    @property
+    def covered(self) -> bool:
+        """Whether it has a geom in which none of its dipoles is."""
+        return any((surface(self._places)[0] <= 0).all() for surface in self._surface)
+
     def _least_depth(self, geom: int, points: Array) -> tuple[Array, Array]:
         """Return the depths of points in a geom wherever it can be, and the normals there."""
         model, data, ways = self._model, self._data, self._covers.places(self.magnet, geom)

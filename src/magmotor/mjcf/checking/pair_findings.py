@@ -67,14 +67,17 @@ def _close_iron(model: mujoco.MjModel, pair: Meeting, found: CloseIron) -> Failu
 
 
 def _exposure(model: mujoco.MjModel, pair: Meeting) -> Failure:
-    why = "a dipole is on or outside the surface of its body's colliding geoms"
+    by_geom = all((magnet.elements >= model.nsite).all() for magnet in pair.magnets)
+    center = "center of a magnet" if by_geom else "dipole"
+    why = f"a {center} is on or outside the surface of its body's colliding geoms"
     if not len(pair.touching):
         why = "no geoms of theirs collide"
-    remedy = "let geoms that enclose the dipoles collide"
+    remedy = f"let geoms that enclose {'them' if by_geom else 'the dipoles'} collide"
     if pair.soft_limit:
         why += f" and the limit of {label(model, 'joint', pair.soft_limit.joint)} is too soft"
         remedy = f"{stiffer(model, pair.soft_limit)}, or {remedy}"
-    where = "a dipole is in the plane of iron" if _has_plane(pair) else "their dipoles coincide"
+    where = f"their {'centers' if by_geom else 'dipoles'} coincide"
+    where = f"a {center} is in the plane of iron" if _has_plane(pair) else where
     return Failure(
         names_of(model, pair),
         f"can come so near that {where}{unless_limited(model, pair)}, since {why}; {remedy}",

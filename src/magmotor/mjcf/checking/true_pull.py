@@ -53,11 +53,10 @@ class Duo:
         self._frames = [_frame(model, data, magnet) for magnet in magnets]
         away = 10 * model.stat.extent  # MuJoCo's compiler evaluates the forces there
         assets = "".join(text.assets)
-        self._model = _compiled(
-            MODEL.format(custom=text.custom(), assets=assets, away=away, one=one, other=other)
+        self._text = MODEL.format(
+            custom=text.custom(), assets=assets, away=away, one=one, other=other
         )
-        self._data = mujoco.MjData(self._model)
-        self._data.ctrl[:] = 1.0
+        _compiled(self._text)
         self.normal = self._frames[1][1][:, 2]
         """Of the plane of iron, if the second one is one."""
 
@@ -69,25 +68,21 @@ class Duo:
         """
         (place, frame), (base, axes) = self._frames
         there = (turn @ axes).T
-        self._data.qpos[:3] = there @ (place - shift - turn @ base)
-        mujoco.mju_mat2Quat(self._data.qpos[3:], (there @ frame).ravel())
-        try:
-            with errors_raised():
-                mujoco.mj_forward(self._model, self._data)
-        except mujoco.FatalError:  # such as of dipoles that coincide
-            return np.full(3, np.nan)
-        return there.T @ self._data.qfrc_passive[:3]
+        quaternion = np.empty(4)
+        mujoco.mju_mat2Quat(quaternion, (there @ frame).ravel())
+        pose = [*(there @ (place - shift - turn @ base)).tolist(), *quaternion.tolist()]
+        return there.T @ force_in_pose(
+            self._text, tuple(round(number, 12) + 0.0 for number in pose)
+        )
 
 
 def duo_of(
     model: mujoco.MjModel, data: mujoco.MjData, magnets: tuple[Magnet, Magnet]
 ) -> Duo | None:
-    """Return two magnets alone, if one is a magnet by its geom and their forces are defined.
+    """Return two magnets alone, if their forces are defined.
 
     They are not where pieces of iron of one body are too near each other for their nodes.
     """
-    if not any(magnet.shaped for magnet in magnets):
-        return None
     try:
         return Duo(model, data, magnets)
     except ValueError as error:
@@ -107,6 +102,20 @@ def _frame(model: mujoco.MjModel, data: mujoco.MjData, magnet: Magnet) -> tuple[
 @lru_cache(maxsize=64)
 def _compiled(text: str) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(text)
+
+
+@lru_cache(maxsize=10_000)
+def force_in_pose(text: str, pose: tuple[float, ...]) -> Array:
+    """Return the force in N on the first magnet, in a pose that alike magnets often share."""
+    model = _compiled(text)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.ctrl[:] = pose, 1.0
+    try:
+        with errors_raised():
+            mujoco.mj_forward(model, data)
+    except mujoco.FatalError:  # such as of dipoles that coincide
+        return np.full(3, np.nan)
+    return data.qfrc_passive[:3].copy()
 
 
 class _Text:

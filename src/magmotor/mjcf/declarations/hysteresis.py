@@ -34,10 +34,13 @@ from magmotor.mjcf.declarations.table import (
     refuse,
     sites,
 )
+from magmotor.mjcf.declarations.user_numbers import moment_of
 from magmotor.mjcf.error_numbers import (
+    AT_SATURATION,
     HYSTERESIS,
     IRON_NEARBY,
     LOOP,
+    MOMENT,
     NO_PLUGIN,
     OLD_BINARY,
     TAKES_ENERGY,
@@ -109,6 +112,8 @@ def check_hysteresis(error, table, kinds, m, offsets):
         numbers = numbers_of(row.numeric, m, offsets)
         if not are_numbers(numbers, 2, 2) or not (numbers[0] > 0.0 and 0.0 < numbers[1] < 1.0):
             set_error(error, LOOP, row.numeric)
+        elif moment_of(row.site, m, offsets) < 0.0:
+            set_error(error, MOMENT, row.site, -1, AT_SATURATION)
         elif instance < 0:
             set_error(error, UNSTORED, row.tuple, -1, NO_PLUGIN)
         elif _room(instance, m, offsets) < PER_SITE * m[offsets.nsite // 8]:

@@ -46,6 +46,13 @@ def invalid_moment(m, offsets):
 
 
 @subroutine
+def moment_of(site, m, offsets):
+    """Return the moment of a site, or 0 if no site has numbers."""
+    nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]
+    return memory.numbers(m[offsets.site_user // 8], nsite, nuser)[site, 0] if nuser > 0 else 0.0
+
+
+@subroutine
 def count_dipoles(m, offsets):
     """Return the number of sites with a moment."""
     nsite, nuser = m[offsets.nsite // 8], m[offsets.nuser_site // 8]

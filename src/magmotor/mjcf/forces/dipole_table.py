@@ -53,17 +53,18 @@ FAR = 1e150
 class Magnets(NamedTuple):
     """What a table contains: how many magnets, how many of them pairwise, and where they end.
 
-    Grouped dipoles are in columns 0 to `end`, of which those from `iron` on are pieces of iron, and
-    those from `shaped` on are magnets by their geom;
-    `mixed` is whether they belong to more than one rigid body. Pairwise magnets, each padded, are
-    in columns `boundary` to `after`.
+    Grouped dipoles are in columns 0 to `end`, of which those from `shaped` on are magnets by their
+    geom; `mixed` is whether they belong to more than one rigid body. Pairwise magnets, each padded,
+    are in columns `boundary` to `after`. The last magnets are pieces of iron, in columns from
+    `iron` on, where no sum over dipoles reaches; the first `sources` are those that have a moment.
     """
 
     number: int
+    sources: int
     pairwise: int
-    iron: int
     shaped: int
     end: int
+    iron: int
     mixed: bool
     boundary: int
     after: int
@@ -123,12 +124,6 @@ def gather(table, boundary, scale, drives, pieces, shapes, own, count, m, d, off
                 end = j
                 mixed = mixed or table[LABEL, 0] != row.weld
             magnets += 1
-    iron = end
-    for i in range(len(pieces)):
-        _add_piece(table, end, magnets, pieces[i], nsite)
-        mixed = mixed or table[LABEL, 0] != table[LABEL, end]
-        end += 1
-        magnets += 1
     shaped = end
     for i in range(len(shapes)):
         _add_shape(table, end, magnets, shapes[i], nsite)
@@ -136,18 +131,22 @@ def gather(table, boundary, scale, drives, pieces, shapes, own, count, m, d, off
         end += 1
         magnets += 1
     _pad(table, end)
-    return Magnets(magnets, pairwise, iron, shaped, end, mixed, boundary, after)
+    iron, sources = end + COUNT, magnets
+    for i in range(len(pieces)):
+        _add_piece(table, iron + i, magnets, pieces[i], nsite)
+        magnets += 1
+    return Magnets(magnets, sources, pairwise, shaped, end, iron, mixed, boundary, after)
 
 
 @subroutine
-def _add_piece(table, end, magnet, piece, nsite):
-    """Write a piece of iron to column `end`; it acts by its nodes, and has no moment here."""
+def _add_piece(table, column, magnet, piece, nsite):
+    """Write a piece of iron to a column; it acts by its nodes, and has no moment here."""
     geom = int(piece[GEOM_OF_PIECE])
     for k in range(3):
-        table[k, end] = piece[POSITION_OF_PIECE + k]
-        table[3 + k, end] = 0.0
-    table[LABEL, end], table[ELEMENT, end] = piece[WELD_OF_PIECE], nsite + geom
-    table[FIRST, magnet], table[SIZE, magnet] = end, 1
+        table[k, column] = piece[POSITION_OF_PIECE + k]
+        table[3 + k, column] = 0.0
+    table[LABEL, column], table[ELEMENT, column] = piece[WELD_OF_PIECE], nsite + geom
+    table[FIRST, magnet], table[SIZE, magnet] = column, 1
     table[BODY, magnet], table[MOVES, magnet] = piece[BODY_OF_PIECE], piece[MOVES_OF_PIECE]
 
 

@@ -75,7 +75,7 @@ def add_dipole_wrenches(
     """
     boundary, end = magnets.boundary, magnets.end
     coincident = acting = 0
-    count, mixed = magnets.number, magnets.mixed
+    count, mixed = magnets.sources, magnets.mixed
     place = memory.pair_on_stack()
     result = memory.words(place, 2)
     arguments = (

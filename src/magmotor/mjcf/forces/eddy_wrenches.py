@@ -89,7 +89,7 @@ def add_eddy_wrenches(state, own, m, d, offsets, applied):
     acting = _add_wrenches(
         (
             m.ctypes.data, d.ctypes.data, own, state.table.ctypes.data, state.table.shape[1],
-            state.magnets.number, state.magnets.shaped, shapes.ctypes.data,
+            state.magnets.sources, state.magnets.shaped, shapes.ctypes.data,
             len(shapes), state.scale, applied.ctypes.data, place,
         )
     )  # fmt: skip

@@ -37,15 +37,13 @@ def energy_of(state, m, offsets):
     energy = 0.0
     if len(state.pieces) > 0:
         energy = iron_energy(state) + energy_of_faces(state)
-    for k in range(magnets.number):
+    for k in range(magnets.sources):
         first, last = int(table[FIRST, k]), int(table[FIRST, k] + table[SIZE, k])
-        if magnets.iron <= first < magnets.shaped:
-            continue
         for other in range(k):
             energy += _energy_of_pair(state, k, other)
         for i in range(first, last):
             target = dipole(table, i)
-            images = add_images(NOTHING, target, table, magnets.iron, magnets, state.mirror)
+            images = add_images(NOTHING, target, table, magnets.shaped, magnets, state.mirror)
             energy -= 0.5 * _product(target, images[3:6])
             if state.mirror[0] != 0.0:
                 energy += 0.5 * _energy_in_images(target, state)
@@ -81,14 +79,13 @@ def _product(target, field):
 
 @subroutine
 def _energy_of_pair(state, k, other):
-    """Return the energy of two magnets in each other's field; 0 if none moves or one is iron."""
-    table, magnets = state.table, state.magnets
+    """Return the energy of two magnets in each other's field; 0 if none moves."""
+    table = state.table
     first, start = int(table[FIRST, k]), int(table[FIRST, other])
     moves = table[MOVES, k] + table[MOVES, other] > 0.0
-    iron = magnets.iron <= start < magnets.shaped
     if is_coil(state, first) or is_coil(state, start):  # see `add_shape_corrections`
         return 0.0
-    if iron or not moves or table[LABEL, first] == table[LABEL, start]:
+    if not moves or table[LABEL, first] == table[LABEL, start]:
         return 0.0
     factor = coupling_factor(table[BODY, k], table[BODY, other], state.couplings)
     energy = 0.0

@@ -281,8 +281,7 @@ def read_state(m, d, offsets, own, kinds):
         table, boundary, scale, drives, pieces, shapes, own, sizes.magnets, m, d, offsets
     )  # fmt: skip
     if len(pieces) > 0:
-        dipoles = magnets.number - len(pieces) - len(shapes)
-        count += read_points(sources[count:], table, dipoles)
+        count += read_points(sources[count:], table, magnets.sources - len(shapes))
     sources = sources[:count]
     error = _dipole_behind(table, magnets, mirror)
     if sizes.nodes < 0:

@@ -178,7 +178,7 @@ def _add_image_wrenches(state, center, applied):
     """Add the wrenches of the images of all dipoles on dipoles that can move."""
     table, magnets, mirror = state.table, state.magnets, state.mirror
     acting = 0
-    for k in range(magnets.number):
+    for k in range(magnets.sources):
         if table[MOVES, k] > 0.0:
             first = int(table[FIRST, k])
             for i in range(first, first + int(table[SIZE, k])):
@@ -193,7 +193,7 @@ def _add_image_wrenches(state, center, applied):
 def find_coincidence(state):
     """Find two dipoles that coincide and act on each other, as an error."""
     table, magnets = state.table, state.magnets
-    for k in range(magnets.number):
+    for k in range(magnets.sources):
         for other in range(k):
             moves = table[MOVES, k] + table[MOVES, other] > 0.0
             first, start = int(table[FIRST, k]), int(table[FIRST, other])

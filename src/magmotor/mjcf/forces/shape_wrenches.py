@@ -217,7 +217,7 @@ def add_shape_corrections(state, center, applied, wanted):
             if mirror[0] != 0.0 and moves:
                 factor = 0.5 if i == j else 1.0
                 energy += _pair(row, other, room, mirror, factor, center, applied, wanted)
-        for k in range(magnets.number - len(shapes)):
+        for k in range(magnets.sources - len(shapes)):
             first, moves = int(table[FIRST, k]), table[DIPOLES_MOVE, k] + other[MOVES] > 0.0
             for i in range(first, first + int(table[SIZE, k]) if moves else first):
                 target = dipole(table, i)
