@@ -205,7 +205,7 @@ def test_how_magnets_and_iron_are_described():
         "geom 'ball' is a magnet, a sphere: a dipole, which is exact for other spheres",
         (
             "geom 'block' is iron: 144 nodes about 0.0082 m apart, for about 4 us per step; in"
-            " contact with magnets, forces are right to 1 % on a face, but to half near its edges,"
+            " contact with magnets, forces are right to 1 % on a face, but to 10 % near its edges,"
             " for about 20 us each"
         ),
     ]

@@ -128,13 +128,23 @@ def test_a_wheel_rolls_around_an_edge():
     assert rolled(math.pi / 4, 0.012)[1] == pytest.approx(7.7, rel=0.2)  # 0.06
 
 
-@pytest.mark.parametrize(
-    ("x", "right", "weak"), [(0.028, 15.04, 0.09), (0.03, 12.36, 0.25), (0.033, 7.12, 0.49)]
-)
-def test_a_disk_beyond_an_edge_is_pulled_too_weakly(x, right, weak):
+@pytest.mark.parametrize(("x", "right"), [(0.028, 15.04), (0.03, 12.36), (0.033, 7.12)])
+def test_a_disk_passes_an_edge(x, right):
     """By charges on its faces near an ideal wedge of 90 degrees: Macdonald's Green function."""
     _, data = loaded(BLOCK, body(disk(0.006, 0.002, (x, 0, 0.0025), "0 0 1.2")), "1000")
-    assert -data.xfrc_applied[2, 2] / right == pytest.approx(1 - weak, abs=0.02)
+    assert -data.xfrc_applied[2, 2] == pytest.approx(right, rel=0.06)  # 0.045
+
+
+def moved_along(model, data, places):
+    """The energies of a model, and the forces on the last body, as it is moved along x."""
+    energies, forces = [], []
+    for x in places:
+        data.qpos[-7] = x
+        with mm.magnetism():
+            mujoco.mj_forward(model, data)
+        energies.append(mm.magnetic_energy(model, data))
+        forces.append(data.xfrc_applied[-1, :3].copy())
+    return np.array(energies), np.array(forces)
 
 
 def test_a_dipole_passes_an_edge_without_a_jump():

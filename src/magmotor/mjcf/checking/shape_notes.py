@@ -114,7 +114,7 @@ def _iron(model: mujoco.MjModel, geom: int, address: int, others: list[Magnet]) 
     if any(other.strengths.any() for other in others):
         flat = model.geom_type[geom] in (BOX, CYLINDER)
         thin = ", to 20 % on a sheet that they saturate" if saturates else ""
-        error = f"1 % on a face{thin}, but to half near its edges" if flat else "14 %"
+        error = f"1 % on a face{thin}, but to 10 % near its edges" if flat else "14 %"
         said += (
             f"; in contact with magnets, forces are right to {error}, for about {FACING} us each"
         )

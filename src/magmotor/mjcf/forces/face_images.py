@@ -9,9 +9,10 @@ A charge q_i of magnet a in the image of magnet b contributes -k w_i q_i phi_b(x
 of that in its own image. Here, phi_b is the potential of magnet b itself, x_i' the reflected place,
 k = chi/(chi + 2), and the weight w_i is 1 above the face, falls beside it as the exact solution for
 a wedge says, and is 0 behind it. In an inner corner of two faces, there is the image of both
-images, too, with k^2 instead of -k. All is times (s_a s_b)^(3/4), where s are the shares of the
-face in the lifts: at a convex edge, this gives a wheel the pull of boundary elements. All forces
-are derivatives of U, including those of the weights, and, in `lifts.py`, those of the lifts.
+images, too, with k^2 instead of -k. All is times s = 2 s_a s_b/(s_a + s_b), where s_a and s_b are
+the shares of the face in the lifts. What this lacks at a convex edge is in `edges.py`, but for two
+dipoles, for which s^(3/2) makes up for some of it. All forces are derivatives of U, including those
+of the weights, and, in `lifts.py`, those of the lifts.
 
 A dipole is two opposite charges near each other, and so is a magnet that is far from the image.
 """
@@ -19,6 +20,7 @@ A dipole is two opposite charges near each other, and so is a magnet that is far
 import math
 
 from magmotor.mjcf.forces.charges import PLACES, set_charges, set_dipole
+from magmotor.mjcf.forces.edges import add_edges
 from magmotor.mjcf.forces.faces import (
     AXIS,
     HEIGHT,
@@ -33,6 +35,7 @@ from magmotor.mjcf.forces.faces import (
 )
 from magmotor.mjcf.forces.iron_pieces import POSITION, SUSCEPTIBILITY
 from magmotor.mjcf.forces.lifts import (
+    add_to_row,
     center_on_piece,
     is_lifted,
     normal_of,
@@ -138,8 +141,11 @@ def _add_pair(piece, faces, row, other, same, room, wanted):
     part = share if same else _shares(piece, faces, other)
     if share[0] * part[0] == 0.0:
         return 0.0
-    root = math.sqrt(share[0] * part[0])
-    factor, energy = root * math.sqrt(root), 0.0
+    both = share[0] + part[0]
+    factor, power, energy = 2.0 * share[0] * part[0] / both, 1.0 / both, 0.0
+    points = int(row[KIND]) == POINT and int(other[KIND]) == POINT
+    if points:
+        factor, power = factor * math.sqrt(factor), 1.5 / both
     for lifted in range(2):
         sign = (1.0 - 2.0 * lifted) * factor
         count = _set_charges(piece, faces, row, other, same, lifted, shaped, room)
@@ -151,9 +157,12 @@ def _add_pair(piece, faces, row, other, same, room, wanted):
         if not wanted:
             _set_fields(piece, other, shaped, room, count)
             _add_forces(piece, faces, row, other, lifted, sign, room, count)
+    if not points and faces[0][0, AXIS] == faces[1][0, AXIS]:
+        pair = row, other, same, shaped
+        energy += add_edges(piece, faces[0], pair, factor, room, wanted)
     if not wanted:
-        _add(row, 0, -0.75 * energy / share[0], share[1:])
-        _add(other, 0, -0.75 * energy / part[0], part[1:])
+        add_to_row(row, 0, -power * energy * part[0] / share[0], share[1:])
+        add_to_row(other, 0, -power * energy * share[0] / part[0], part[1:])
     return energy
 
 
@@ -261,7 +270,7 @@ def _add_weights(piece, faces, row, lifted, sign, room, count, wanted):
         fx, fy, fz = fx + gx, fy + gy, fz + gz
         tx, ty, tz = tx + b * gz - c * gy, ty + c * gx - a * gz, tz + a * gy - b * gx
     if not wanted:
-        _add(row, lifted, sign, (fx, fy, fz, tx, ty, tz))
+        add_to_row(row, lifted, sign, (fx, fy, fz, tx, ty, tz))
     return energy
 
 
@@ -303,14 +312,5 @@ def _add_forces(piece, faces, row, other, lifted, sign, room, count):
         hx, hy, hz = sx * hx, sy * hy, sz * hz
         fx, fy, fz = fx + hx, fy + hy, fz + hz
         tx, ty, tz = tx + b * hz - c * hy, ty + c * hx - a * hz, tz + a * hy - b * hx
-    _add(row, lifted, sign, (fx, fy, fz, tx, ty, tz))
-    _add(other, lifted, sign, (sum_x, sum_y, sum_z, gx, gy, gz))
-
-
-@subroutine
-def _add(row, lifted, sign, wrench):
-    """Add a wrench in an image to that on a magnet; on a lifted one, keep the force as well."""
-    for k in range(6):
-        row[WRENCH + k] += sign * wrench[k]
-    for k in range(3):
-        row[PUSH + k] += lifted * sign * wrench[k]
+    add_to_row(row, lifted, sign, (fx, fy, fz, tx, ty, tz))
+    add_to_row(other, lifted, sign, (sum_x, sum_y, sum_z, gx, gy, gz))

@@ -210,6 +210,25 @@ def _window(rectangle, place, width, height):
 
 
 @subroutine
+def window(rectangle, along, place, width, height):
+    """Return the weight of a place along one of the two next axes only, and its slope."""
+    free, place = FREE + 2 * along, place - rectangle[CENTER + along]
+    half = rectangle[HALF + along]
+    p, dp, _ = _inside(-half - place, rectangle[free], width, height)
+    q, dq, _ = _inside(place - half, rectangle[free + 1], width, height)
+    return p * q, p * dq - dp * q
+
+
+@subroutine
+def rounded(beyond, above, distance, radius):
+    """Return the weight of a charge at one free edge, and its derivatives; see `weight_on`."""
+    above, blunt = max(above, 0.0), BLUNT * distance + ROUND * radius
+    root = math.sqrt(above * above + blunt * blunt)
+    weight, by_beyond, by_root = _inside(beyond, 1.0, 1.0, root)
+    return weight, by_beyond, by_root * above / root
+
+
+@subroutine
 def _inside(beyond, free, width, height):
     """Return a weight that falls beyond an edge, and the derivatives by that and by the height.
 

@@ -106,6 +106,15 @@ def is_lifted(row):
 
 
 @subroutine
+def add_to_row(row, lifted, sign, wrench):
+    """Add a wrench in an image to that on a magnet; on a lifted one, keep the force as well."""
+    for k in range(6):
+        row[WRENCH + k] += sign * wrench[k]
+    for k in range(3):
+        row[PUSH + k] += lifted * sign * wrench[k]
+
+
+@subroutine
 def _gap(piece, face, row):
     """Return the height of a magnet's lowest point above the plane of a face, and that point.
 

@@ -38,6 +38,9 @@ EVEN = 0.05
 DOUBLINGS = 7
 """The power of the norm of a mesh is 2 to this."""
 
+NOT_ZERO = 1e-300
+"""Added to the distance of two centers, which may be in one place."""
+
 
 @subroutine
 def is_near(row, x, y, z, radius, spread):
@@ -74,7 +77,7 @@ def order_of_charges(row, other, mirror):
         place = mirrored(mirror, place)
     else:
         nx, ny, nz = x - place[0], y - place[1], z - place[2]
-    distance = math.sqrt(nx * nx + ny * ny + nz * nz)
+    distance = math.sqrt(nx * nx + ny * ny + nz * nz) + NOT_ZERO
     gap = distance - _extent(row, place[0] - x, place[1] - y, place[2] - z, distance)
     gap -= _extent(other, nx, ny, nz, distance)
     return level_of_gap(gap, row[RADIUS])
