@@ -64,12 +64,12 @@ def on_iron(kind, width, gap, turn="0 0 0"):
 
 @pytest.mark.parametrize("case", PULLS)
 def test_disks_that_pass_an_edge(case):
-    """Errors are over the pull in the middle of the face; without edges, they were to 0.6."""
+    """Errors are over the pull in the middle of the face; they were 0.2 to 0.5 before there was `edges.py`."""
     pulls, others = (np.array(forces) for forces in PULLS[case])
     model, data = on_iron(*case)
     found = moved_along(model, data, 0.03 + 1e-3 * np.array(OFFSETS))[1]
-    assert np.abs(-found[:, 2] - pulls).max() < 0.1 * pulls[0]
-    assert np.abs(-found[:, 0] - others).max() < 0.15 * pulls[0]
+    assert np.abs(-found[:, 2] - pulls).max() < 0.1 * pulls[0]  # 0.075
+    assert np.abs(-found[:, 0] - others).max() < 0.1 * pulls[0]  # 0.065
 
 
 @pytest.mark.parametrize("case", PULLS)

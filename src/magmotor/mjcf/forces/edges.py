@@ -42,10 +42,11 @@ LEVEL, FEW, MOST = 3, 72, 248
 """Order of the charges of a magnet, how many of that order there are at most, instead of one less;
 and the largest number of all."""
 
-AWAY = 0.1
-"""How far charges at the edge are moved along both faces, over the radius of the magnet."""
+AWAY, SOFT = 0.04, 0.1
+"""How far charges at the edge are moved along both faces, and how far images are from each other at
+least, over the radius of the magnet."""
 
-NEAR, FADING = 0.5, 1.0
+NEAR, FADING = 0.8, 0.8
 """Distance from an edge, beyond the radius of a magnet, up to which it counts, and in which this
 ends, over the distance of nodes."""
 
@@ -210,7 +211,7 @@ def _add_pair(piece, edge, pair, lifted, sign, room, wanted):
                 sources[i, k] = room[i, k]
         number = _set_charges(piece, edge, target, shaped, lifted, room) if count > 0 else 0
         share = 0.5 if same else float(turn)
-        soft = max(AWAY * max(row[RADIUS], other[RADIUS]), TINY * edge[4])
+        soft = max(SOFT * max(row[RADIUS], other[RADIUS]), TINY * edge[4])
         _set_results(edge, room, sources, results, number, count, share, soft * soft)
         part = piece[SUSCEPTIBILITY] / (piece[SUSCEPTIBILITY] + 2.0)
         part *= 1.0 / (4.0 * math.pi * VACUUM_PERMEABILITY)
