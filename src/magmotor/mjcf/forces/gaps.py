@@ -71,11 +71,13 @@ def find_gaps(state, m, offsets):
                 continue
             split = other >= 0 and pieces[other, THREADED] != 0.0
             for geom in range(len(geoms_of(pieces[other])) if split else 1):
-                gap = state.gaps[min(count, len(state.gaps) - 1)]
+                if count == len(state.gaps):
+                    break
+                gap = state.gaps[count]
                 gap[ONE], gap[OTHER], gap[THROUGH], gap[FLUX] = one, other, -1.0, 0.0
                 if split:
                     gap[THROUGH] = geom
-                if count < len(state.gaps) and _is_gap(state, gap):
+                if _is_gap(state, gap):
                     _set_drive(state, gap, m, offsets)
                     count += 1
     if count > 0:
