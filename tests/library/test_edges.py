@@ -64,7 +64,7 @@ def on_iron(kind, width, gap, turn="0 0 0"):
 
 @pytest.mark.parametrize("case", PULLS)
 def test_disks_that_pass_an_edge(case):
-    """Errors are over the pull in the middle of the face; without edges, they were 0.2 to 0.5."""
+    """Errors are over the pull before the edge, and were 0.2 to 0.5 without `edges.py`."""
     pulls, others = (np.array(forces) for forces in PULLS[case])
     model, data = on_iron(*case)
     found = moved_along(model, data, 0.03 + 1e-3 * np.array(OFFSETS))[1]
