@@ -13,7 +13,7 @@ from magmotor.common.hints import Points
 from magmotor.dipoles import COINCIDENCE as CLOSEST
 from magmotor.mjcf import error_raising, layout, memory
 from magmotor.mjcf.callbacks import acting_forces
-from magmotor.mjcf.declarations.marks import COUPLINGS, DIPOLES, FIELDS, IRON, SHAPES
+from magmotor.mjcf.declarations.marks import COUPLINGS, DIPOLES, IRON, SHAPES
 from magmotor.mjcf.declarations.reader import acting_kinds, table_of
 from magmotor.mjcf.declared import couplings, name_of
 from magmotor.mjcf.error_numbers import BEHIND, COINCIDENCE, OUTSIDE, WORDS
@@ -138,7 +138,7 @@ def _observed(
         raise ArgumentError(
             "number of sites of data", len(data.site_xpos), f"must be {model.nsite}"
         )
-    magnetic = acting_forces(model) & (DIPOLES | FIELDS | IRON | SHAPES)
+    magnetic = acting_forces(model) & (DIPOLES | IRON | SHAPES)  # fields may belong to the world
     if magnetic and not data.xquat[0].any():  # of the world, as in new data
         sentence = "are not known before mujoco.mj_forward(model, data), mj_kinematics or mj_step"
         raise InputError(f"positions and orientations of data {sentence}")
