@@ -90,7 +90,6 @@ def test_a_table_approaches_the_field_that_it_samples():
         text = mm.tabulated_field(COIL.getB, LOWER, UPPER, (count, count, count))
         model = mujoco.MjModel.from_xml_string(MODEL.format(custom=text, bodies=""))
         data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
         errors.append(np.sqrt(np.mean((mm.field(model, data, points) - exact) ** 2)))
         step = 1e-6
         jacobian = np.stack(

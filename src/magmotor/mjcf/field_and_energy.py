@@ -138,7 +138,8 @@ def _observed(
         raise ArgumentError(
             "number of sites of data", len(data.site_xpos), f"must be {model.nsite}"
         )
-    magnetic = acting_forces(model) & (DIPOLES | IRON | SHAPES)  # fields may belong to the world
+    # Without sites and geoms, there are fields of the world only.
+    magnetic = acting_forces(model) & (DIPOLES | IRON | SHAPES) and model.nsite + model.ngeom > 0
     if magnetic and not data.xquat[0].any():  # of the world, as in new data
         sentence = "are not known before mujoco.mj_forward(model, data), mj_kinematics or mj_step"
         raise InputError(f"positions and orientations of data {sentence}")
