@@ -8,8 +8,8 @@ of a magnet serve, all with all: their energy at the true places less that at th
 
 with the function G of `numerics/iron/wedge.py`. Charges at the edge are moved away from it by less
 than their distance from each other, and those deep in the wedge, on the other side of a thin piece,
-do not count. The energy is times a number for each magnet, which is 1 near
-the edge and fades where it does not matter, also around corners, where edges end.
+do not count. The energy is times a number for each magnet, which is 1 near the edge and fades where
+it does not matter, also around corners, where edges end.
 """
 
 import math
@@ -136,7 +136,7 @@ def _nearness(piece, edge, row):
         return 0.0, 0.0, 0.0, 0.0
     slope = -slope / (FADING * apart * distance) if slope != 0.0 else 0.0
     size = row[RADIUS] + NEAR * apart
-    inside, by_along = window(edge[3][0], edge[3][1], place[edge[2]], SEAM * apart, size)
+    inside, by_along, _ = window(edge[3][0], edge[3][1], place[edge[2]], SEAM * apart, size)
     return (
         near * inside,
         *_along_axes(edge, inside * slope * x, inside * slope * y, near * by_along),

@@ -192,31 +192,31 @@ def _window(rectangle, place, width, height):
 
     Without a height, no edge counts as free.
     """
-    axis, free = int(rectangle[AXIS]), FREE
-    b = place[(axis + 1) % 3] - rectangle[CENTER]
-    c = place[(axis + 2) % 3] - rectangle[CENTER + 1]
+    axis = int(rectangle[AXIS])
+    b, c = place[(axis + 1) % 3], place[(axis + 2) % 3]
     if rectangle[HALF + 1] > 0.0:
-        p, dp, hp = _inside(-rectangle[HALF] - b, rectangle[free], width, height)
-        q, dq, hq = _inside(b - rectangle[HALF], rectangle[free + 1], width, height)
-        r, dr, hr = _inside(-rectangle[HALF + 1] - c, rectangle[free + 2], width, height)
-        s, ds, hs = _inside(c - rectangle[HALF + 1], rectangle[free + 3], width, height)
-        one, two = p * q, r * s
-        by_height = (hp * q + p * hq) * two + one * (hr * s + r * hs)
-        return one * two, (p * dq - dp * q) * two, one * (r * ds - dr * s), by_height
+        one, by_one, one_by_height = window(rectangle, 0, b, width, height)
+        two, by_two, two_by_height = window(rectangle, 1, c, width, height)
+        by_height = one_by_height * two + one * two_by_height
+        return one * two, by_one * two, one * by_two, by_height
+    b, c = b - rectangle[CENTER], c - rectangle[CENTER + 1]
     distance = math.sqrt(b * b + c * c)
-    u, du, by_height = _inside(distance - rectangle[HALF], rectangle[free], width, height)
+    u, du, by_height = _inside(distance - rectangle[HALF], rectangle[FREE], width, height)
     slope = du / distance if distance > 0.0 else 0.0
     return u, slope * b, slope * c, by_height
 
 
 @subroutine
 def window(rectangle, along, place, width, height):
-    """Return the weight of a place along one of the two next axes only, and its slope."""
+    """Return the weight of a place along one of the two next axes only, and its derivatives.
+
+    They are those along the axis, and by the height.
+    """
     free, place = FREE + 2 * along, place - rectangle[CENTER + along]
     half = rectangle[HALF + along]
-    p, dp, _ = _inside(-half - place, rectangle[free], width, height)
-    q, dq, _ = _inside(place - half, rectangle[free + 1], width, height)
-    return p * q, p * dq - dp * q
+    p, dp, hp = _inside(-half - place, rectangle[free], width, height)
+    q, dq, hq = _inside(place - half, rectangle[free + 1], width, height)
+    return p * q, p * dq - dp * q, hp * q + p * hq
 
 
 @subroutine

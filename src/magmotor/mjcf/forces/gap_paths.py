@@ -70,12 +70,8 @@ def set_shares(state, gap):
     if gap[OTHER] < 0.0:
         return
     piece, other = state.pieces[int(gap[ONE])], state.pieces[int(gap[OTHER])]
-    one, two, own = (
-        path_of(gap, piece, ONE),
-        path_of(gap, other, OTHER),
-        nodes_of(state.nodes, other),
-    )
-    two[SHARE] = 0.0
+    one, two = path_of(gap, piece, ONE), path_of(gap, other, OTHER)
+    own, two[SHARE] = nodes_of(state.nodes, other), 0.0
     for k in range(one.shape[1]):
         if one[SHARE, k] > 0.0:
             total = _weigh(two[FELT], other, own, one, k)
@@ -173,16 +169,13 @@ def set_potentials(state, gap):
     the slopes are by that place.
     """
     piece = state.pieces[int(gap[ONE])]
-    one = path_of(gap, piece, 0)
+    one = path_of(gap, piece, ONE)
     _set_inner(one[FELT], piece, nodes_of(state.nodes, piece))
     one[U:] = 0.0
     if gap[OTHER] < 0.0:
         return
-    other, nodes = (
-        state.pieces[int(gap[OTHER])],
-        nodes_of(state.nodes, state.pieces[int(gap[OTHER])]),
-    )
-    two = path_of(gap, other, OTHER)
+    other = state.pieces[int(gap[OTHER])]
+    two, nodes = path_of(gap, other, OTHER), nodes_of(state.nodes, other)
     _set_inner(two[FELT], other, nodes)
     for k in range(one.shape[1]):
         if one[SHARE, k] > 0.0:

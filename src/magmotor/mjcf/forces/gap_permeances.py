@@ -69,7 +69,7 @@ def _distance(state, other, geom, x, y, z):
 def set_permeance(state, gap):
     """Set P, its mean place, and the shares and mean places of nodes of the first piece in it."""
     piece, permeance = state.pieces[int(gap[ONE])], 0.0
-    points, path = _points(piece), path_of(gap, piece, 0)
+    points, path = _points(piece), path_of(gap, piece, ONE)
     path[SHARE:ANSWER] = 0.0
     for k in range(points.shape[1]):
         part, x, y, z = _part(state, gap, points, k)[:4]
@@ -98,7 +98,7 @@ def wrench_of_gap(state, gap, by_permeance, flux):
     """
     piece = state.pieces[int(gap[ONE])]
     fx = fy = fz = tx = ty = tz = mean = 0.0
-    points, path, share = _points(piece), path_of(gap, piece, 0), flux / gap[PERMEANCE]
+    points, path, share = _points(piece), path_of(gap, piece, ONE), flux / gap[PERMEANCE]
     for k in range(path.shape[1]):
         mean += path[SHARE, k] * path[FELT, k]
     for k in range(points.shape[1]):
@@ -142,7 +142,7 @@ def _part(state, gap, points, k):
     """
     piece, other, geom = state.pieces[int(gap[ONE])], int(gap[OTHER]), int(gap[THROUGH])
     nothing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    radius, far = piece[RADIUS], False
+    radius = piece[RADIUS]
     p, q, r = to_world(piece, points[0, k], points[1, k], points[2, k])
     x, y, z = piece[POSITION] + p, piece[POSITION + 1] + q, piece[POSITION + 2] + r
     if other >= 0:
@@ -150,9 +150,8 @@ def _part(state, gap, points, k):
         radius, (cx, cy, cz) = radius_of_pair(piece, second), center_of(second)
         reach = second[EXTENT] + REACH * radius
         square = (x - cx) * (x - cx) + (y - cy) * (y - cy) + (z - cz) * (z - cz)
-        far = square > reach * reach
-    if far:
-        return nothing
+        if square > reach * reach:
+            return nothing
     most, delta, turn = REACH * radius, WIDTH * radius, TURN * radius
     d, dx, dy, dz = _distance(state, other, geom, x, y, z)
     if d > most:
