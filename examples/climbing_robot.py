@@ -60,8 +60,14 @@ def normal_forces(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.floa
     return found[[model.geom(name).id for name in WHEELS]]
 
 
+def on_floor(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+    """Whether a front wheel is on the floor, since the robot has tipped over backward."""
+    floor, front = model.geom("floor").id, [model.geom(name).id for name in WHEELS[:2]]
+    return any(floor in pair and pair.sum() - floor in front for pair in data.contact.geom)
+
+
 def drive(model: mujoco.MjModel) -> xr.Dataset:
-    """Drive up the box, until the end of the way or until no wheel is on the box."""
+    """Drive up the box, until the end of the way or until the robot falls."""
     data = mujoco.MjData(model)
     steps = round(PERIOD / model.opt.timestep)
     time, normal, qpos = [], [], []
@@ -74,6 +80,8 @@ def drive(model: mujoco.MjModel) -> xr.Dataset:
         time.append(data.time)
         normal.append(mean)
         qpos.append(data.qpos.copy())
+        if on_floor(model, data):
+            break
     return xr.Dataset(
         {"normal": (("time", "wheel"), normal), "qpos": (("time", "nq"), qpos)},
         {"time": time, "wheel": list(WHEELS)},
@@ -82,7 +90,7 @@ def drive(model: mujoco.MjModel) -> xr.Dataset:
 
 def outcome(motion: xr.Dataset) -> str:
     """Return how far the robot came, and the least normal force of each wheel if it did."""
-    if not motion.normal[-1].any():
+    if motion.time[-1] < DURATION - PERIOD / 2:
         return f"falls off after {float(motion.time[-1]):.2f} s"
     if motion.qpos[-1, 0] < 0:
         return "stays on, but does not pass the edge"
