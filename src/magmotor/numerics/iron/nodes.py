@@ -4,6 +4,7 @@ The potential of magnets outside is smooth on a smooth surface: a few nodes desc
 number of panels. The charges that answer it belong to the nodes.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -19,6 +20,12 @@ LARGEST_ORDER = 4
 
 FEWEST = 3
 """Number of nodes along an edge at least: those of two would be far from it."""
+
+
+@functools.cache
+def _gauss_points(order: int) -> Array:
+    """Return the points of Gauss and Legendre between -1 and 1."""
+    return np.polynomial.legendre.leggauss(order)[0]
 
 
 class Line(NamedTuple):
@@ -37,7 +44,7 @@ class Line(NamedTuple):
     @property
     def nodes(self) -> Array:
         """The nodes (intervals order,)."""
-        inside = (np.polynomial.legendre.leggauss(self.order)[0] + 1) / 2
+        inside = (_gauss_points(self.order) + 1) / 2
         return ((np.arange(self.intervals)[:, None] + inside) / self.intervals).ravel()
 
     def basis(self, x: Array) -> Array:
