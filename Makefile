@@ -41,8 +41,8 @@ endif
 # Pictures need neither tests nor linters, but an environment that has them is used as it is.
 READY := $(firstword $(wildcard .venv/dev-ready) .venv/ready)
 
-# One more than processors, since tests wait for programs that they start.
-WORKERS := $(shell $(PYTHON3) -c 'import os; print(min(4, 1 + (os.cpu_count() or 1)))' 2>/dev/null)
+# Two more than processors, since tests wait for programs that they start.
+WORKERS := $(shell $(PYTHON3) -c 'import os; print(min(4, 2 + (os.cpu_count() or 1)))' 2>/dev/null)
 
 .PHONY: help setup library movie test test-quick format lint docs bench compat cross clean redo
 

@@ -85,8 +85,8 @@ def test_iron_at_a_temperature():
     """A grain of iron 1:1:2, chi = 10, turns freely in a field: <cos^2> of its axis.
 
     Its energy is -V B^2 cos^2 (x_3 - x_1)/(2 mu0), x = chi/(1 + chi N). The means of 64 replicas of
-    12 000 steps, together about 27 000 independent samples, give the standard error; four of them
-    raise a false alarm for one seed of 6000 (Student's t), and 3 % of the energy would be found.
+    6 000 steps, together about 13 000 independent samples, give the standard error; four of them
+    raise a false alarm for one seed of 6000 (Student's t), and 4.5 % of the energy would be found.
     """
     size, flux_density, chi, kT = (1e-3, 1e-3, 2e-3), 0.01, 10.0, 2e-7
     short, _, long = (chi / (1 + chi * factor) for factor in factors(size))
@@ -99,7 +99,7 @@ def test_iron_at_a_temperature():
     model = load(body, f"{flux_density} 0 0", f"{chi}")
     model.opt.timestep = 1e-3
     run = mm.Langevin(model, kT=kT, seed=11).sample(
-        12_000 * model.opt.timestep,
+        6_000 * model.opt.timestep,
         replicas=64,
         record_interval=20,
         burn_in=400 * model.opt.timestep,
@@ -107,5 +107,5 @@ def test_iron_at_a_temperature():
     w, x, y, z = np.moveaxis(run.qpos.transpose("replica", "time", ...).values, -1, 0)
     means = ((2 * (x * z + w * y)) ** 2).mean(axis=1)
     error = means.std(ddof=1) / 8
-    assert error < 0.003  # 0.0018
-    assert abs(means.mean() - expected) < 4 * error  # -0.6 errors; 0.6112, expected 0.6124
+    assert error < 0.004  # 0.0027
+    assert abs(means.mean() - expected) < 4 * error  # -0.1 errors; 0.6121, expected 0.6124

@@ -338,23 +338,15 @@ def test_the_gripper_sets_the_plate_down_and_lets_go(gripper):
     assert held.height.max() > 0.1  # 0.12 m: it was lifted
 
 
-@pytest.fixture(scope="module")
-def robot():
-    """The example, and its runs."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(EXAMPLES)
-        module = importlib.import_module("climbing_robot")
-    return module, [module.drive(module.load(value)) for value in module.MAGNETS.values()]
-
-
-def test_the_pull_of_the_box_on_the_robot(robot):
+def test_the_pull_of_the_box_on_the_robot(example):
     """By boundary elements; a wall without edges would attract it with 55.0 N."""
-    module, _ = robot
+    module = example("climbing_robot")
     assert module.pull(module.load()) == pytest.approx(52.4, rel=0.06)  # 0.049
 
 
-def test_strong_wheels_pass_the_edges_and_weak_ones_fall(robot):
-    module, (strong, middle, weak) = robot
+def test_strong_wheels_pass_the_edges_and_weak_ones_fall(example):
+    module = example("climbing_robot")
+    strong, middle, weak = (module.drive(module.load(value)) for value in module.MAGNETS.values())
     assert strong.normal[-1].all()
     assert strong.qpos[-1, 0] == pytest.approx(0.124, abs=1e-3)  # on the other side of the box
     assert strong.qpos[:, 2].max() > 0.15  # 0.154 m: it was on the top

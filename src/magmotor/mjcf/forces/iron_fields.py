@@ -7,9 +7,16 @@ of all of them; see `face_images.py`. Its energy is -m.B in the field B of the i
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.charge_pairs import set_fields
 from magmotor.mjcf.forces.face_images import add_images
-from magmotor.mjcf.forces.iron_pieces import CHARGE, RADIUS, nodes_of
-from magmotor.mjcf.forces.iron_potentials import set_all_lifts
-from magmotor.mjcf.forces.lifts import set_lifts, to_world
+from magmotor.mjcf.forces.iron_pieces import (
+    ANSWER,
+    CHARGE,
+    EXTRAPOLATED,
+    OTHERS,
+    RADIUS,
+    nodes_of,
+)
+from magmotor.mjcf.forces.iron_potentials import FURTHER, set_all_lifts
+from magmotor.mjcf.forces.lifts import is_lifted, set_lifts, to_world
 from magmotor.mjcf.forces.mirror import mirrored, reflected
 from magmotor.mjcf.forces.shaped_magnets import (
     COIL,
@@ -38,7 +45,7 @@ def flux_of_iron(state, x, y, z):
         bx, by, bz = bx + ux, by + uy, bz + uz
         if mirror[0] != 0.0:
             there = mirrored(mirror, (x, y, z, 0.0, 0.0, 0.0))
-            flux = _flux_of_nodes(state, i, there[0], there[1], there[2])
+            flux = _flux_of_nodes(state, i, CHARGE, there[0], there[1], there[2])
             ux, uy, uz = reflected(mirror, flux[0], flux[1], flux[2])
             bx, by, bz = bx - mirror[0] * ux, by - mirror[0] * uy, bz - mirror[0] * uz
     return bx, by, bz
@@ -56,8 +63,7 @@ def _flux_near_piece(state, i, x, y, z):
     probe[POSITION], probe[POSITION + 1], probe[POSITION + 2] = x, y, z
     lifted = set_all_lifts(state, piece)
     lifted = set_lifts(piece, rows[number:]) or lifted
-    dx, dy, dz = to_world(piece, probe[LIFT], probe[LIFT + 1], probe[LIFT + 2])
-    bx, by, bz = _flux_of_nodes(state, i, x + dx, y + dy, z + dz)
+    bx, by, bz = _flux_at_probe(state, i, x, y, z, probe)
     if not lifted or number == 0:
         return bx, by, bz
     for axis in range(3):
@@ -72,10 +78,30 @@ def _flux_near_piece(state, i, x, y, z):
 
 
 @subroutine
-def _flux_of_nodes(state, i, x, y, z):
-    """Return the field of the charges at the nodes of a piece at a point."""
+def _flux_at_probe(state, i, x, y, z, probe):
+    """Return the field of the charges of a piece at a probe, which is lifted.
+
+    That of the charges by others than magnets is extrapolated; see `iron_answers.py`.
+    """
+    dx, dy, dz = to_world(state.pieces[i], probe[LIFT], probe[LIFT + 1], probe[LIFT + 2])
+    u, v, w = x + dx, y + dy, z + dz
+    if state.pieces[i, EXTRAPOLATED] == 0.0:
+        return _flux_of_nodes(state, i, CHARGE, u, v, w)
+    bx, by, bz = _flux_of_nodes(state, i, ANSWER, u, v, w)
+    px, py, pz = _flux_of_nodes(state, i, OTHERS, u, v, w)
+    if not is_lifted(probe):
+        return bx + px, by + py, bz + pz
+    u, v, w = u + FURTHER * dx, v + FURTHER * dy, w + FURTHER * dz
+    qx, qy, qz = _flux_of_nodes(state, i, OTHERS, u, v, w)
+    px, py, pz = px + (px - qx) / FURTHER, py + (py - qy) / FURTHER, pz + (pz - qz) / FURTHER
+    return bx + px, by + py, bz + pz
+
+
+@subroutine
+def _flux_of_nodes(state, i, charges, x, y, z):
+    """Return the field of charges at the nodes of a piece, which are in a row, at a point."""
     room, piece = state.room, state.pieces[i]
     source = nodes_of(state.nodes, piece)
     room[0, 0], room[1, 0], room[2, 0] = x, y, z
-    set_fields(room, 1, source, source[CHARGE], piece[RADIUS])
+    set_fields(room, 1, source, source[charges], piece[RADIUS])
     return room[4, 0], room[5, 0], room[6, 0]

@@ -22,22 +22,26 @@ it."""
 
 (
     RESPONSE, FIRST, COUNT, RADIUS, BODY, WELD, MOVES, ENERGY, THREADED, NET, PASSING, RELUCTIVITY,
-    STIFFENING, MUTUAL,
-) = range(16, 30)  # fmt: skip
+    STIFFENING, EXTRAPOLATED, ALONE, EXCESS, MUTUAL,
+) = range(16, 33)  # fmt: skip
 """Further columns: the address of its response; its first node and how many there are; the radius
 of the balls of charge; its body, the rigid body of that, and the degrees of freedom of that; its
 energy in J in the potential of everything else; whether the piece is in the bore of a coil; its net
 charge; twice the energy of the flux that passes from gap to gap, for a reluctivity of 1 and times
-mu0; the reluctivity; the slope of that by what raises it; and the potentials of net charges of 1 of
-all pieces, averaged over the piece, if there is any gap."""
+mu0; the reluctivity; the slope of that by what raises it; whether magnets are extrapolated, its
+energy in their field alone, and by how much that is larger where they are nearer, for which see
+`iron_answers.py`; and the potentials of net charges of 1 of all pieces, averaged over the piece, if
+there is any gap."""
 
 (
-    PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, INNER, ANSWERED, MAGNETS, ANSWER, ROWS,
-) = 0, *range(3, 13)  # fmt: skip
+    PLACES, OUTER, POTENTIAL, CHARGE, CHANGE, MODE, INNER, ANSWERED, MAGNETS, NEARER, ANSWER,
+    OTHERS, ROWS,
+) = 0, *range(3, 15)  # fmt: skip
 """Rows of nodes: x y z in m; the potential in T m of everything except iron, and that of all; the
 charges in T m^2; a row for their change; one for the modes of a saturating material; the potential
-inside of the flux through gaps, for a reluctivity of 1, and how charges or modes answer it; and, if
-the piece saturates, the potential of magnets alone, and the charges in that near sheets.
+inside of the flux through gaps, for a reluctivity of 1, and how charges or modes answer it; the
+potential of magnets alone, by how much it is higher where they are nearer, the charges in the
+field of magnets alone, and those by everything else.
 
 Potentials and charges are divided by the scale of moments, as polarizations are."""
 
@@ -97,7 +101,7 @@ def read_pieces(rows, nodes, unions, scale, table, m, d, offsets):
         row[RESPONSE], row[FIRST], row[COUNT] = address, first, words[responses.COUNT]
         row[RADIUS] = numbers[responses.RADIUS]
         row[BODY], row[WELD], row[MOVES] = piece.body, piece.weld, piece.freedoms
-        row[NET] = row[PASSING] = row[THREADED] = 0.0
+        row[NET] = row[PASSING] = row[THREADED] = row[EXTRAPOLATED] = 0.0
         _place(nodes, row)
         first += words[responses.PADDED]
         count += 1

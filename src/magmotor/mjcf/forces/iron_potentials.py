@@ -14,8 +14,10 @@ from magmotor.mjcf.forces.dipole_table import ELEMENT
 from magmotor.mjcf.forces.iron_pieces import (
     BODY,
     EXTENT,
+    EXTRAPOLATED,
     GEOM,
     MAGNETS,
+    NEARER,
     OUTER,
     SATURATION,
     center_of,
@@ -47,6 +49,9 @@ _LINE = (
     (0.6699905217924281, 0.3260725774312731), (0.9305681557970263, 0.17392742256872692),
 )  # fmt: skip
 """Points and weights of Gauss and Legendre between 0 and 1: one, for linear fields, and four."""
+
+FURTHER = 0.5
+"""How much farther magnets are lifted to extrapolate their potential, over the lift."""
 
 LONGEST, SPACINGS = 4.0, 6
 """Length of a line with four points, over the least spacing of a table; and where a table has its
@@ -92,9 +97,10 @@ def place_charges(room, own, mirror):
 
 
 @subroutine
-def lower_charges(room, count, piece, row):
-    """Lower the places of nodes, instead of lifting a magnet that is too near."""
-    dx, dy, dz = to_world(piece, row[LIFT], row[LIFT + 1], row[LIFT + 2])
+def lower_charges(room, count, piece, row, times):
+    """Lower nodes, instead of lifting a magnet that is too near, or some times as far."""
+    u, v, w = times * row[LIFT], times * row[LIFT + 1], times * row[LIFT + 2]
+    dx, dy, dz = to_world(piece, u, v, w)
     for k in range(count):
         room[0, k], room[1, k], room[2, k] = room[0, k] - dx, room[1, k] - dy, room[2, k] - dz
 
@@ -141,36 +147,55 @@ def _add_magnets(state, piece, mirror, factor):
     Returns the geom of a coil around a ring of iron, or -1.
     """
     own, room, rows = nodes_of(state.nodes, piece), state.room, state.sources
-    if mirror[0] == 0.0:
-        set_all_lifts(state, piece)
-    count = place_charges(room, own, mirror)
+    direct, lifted = mirror[0] == 0.0, False
+    if direct:
+        lifted = set_all_lifts(state, piece)
+        alone = len(state.pieces) == 1 and len(state.fields) == 0 and state.mirror[0] == 0.0
+        piece[EXTRAPOLATED] = 1.0 if lifted and not alone else 0.0
     for k in range(len(rows)):
         row = rows[k]
-        lifted = mirror[0] == 0.0 and is_lifted(row)
-        if lifted:
-            lower_charges(room, count, piece, row)
-        shaped = acts_as_shape(row, piece, mirror)
-        if shaped:
-            threaded = thread(room, count, piece, row, mirror)
-            if threaded == RING:
-                return int(row[GEOM_OF_SHAPE])
-            for n in range(count):
-                x, y, z = in_frame(row, room[0, n], room[1, n], room[2, n])
-                room[0, n], room[1, n], room[2, n] = x, y, z
-            if threaded == INSIDE:
-                piece[PIECE_THREADED] = 1.0
-                set_potentials_of_coil(room, count, row)
-            else:
-                set_continued_potentials(room, count, row)
-        else:
-            set_dipole_potentials(room, count, dipole_of(row))
-        for n in range(count):
+        times = 1.0 if lifted and is_lifted(row) else 0.0
+        threaded = _set_potentials(room, piece, own, row, mirror, times)
+        if threaded == RING:
+            return int(row[GEOM_OF_SHAPE])
+        if threaded == INSIDE:
+            piece[PIECE_THREADED] = 1.0
+        for n in range(own.shape[1]):
             own[OUTER, n] += factor * room[4, n]
-        if shaped or lifted:
-            place_charges(room, own, mirror)
-    if mirror[0] == 0.0 and piece[SATURATION] > 0.0:
-        own[MAGNETS] = own[OUTER]
+        if times != 0.0 and piece[EXTRAPOLATED] != 0.0:
+            for n in range(own.shape[1]):
+                own[NEARER, n] += room[4, n] / FURTHER
+            _set_potentials(room, piece, own, row, mirror, 1.0 + FURTHER)
+            for n in range(own.shape[1]):
+                own[NEARER, n] -= room[4, n] / FURTHER
+    if direct and (piece[SATURATION] > 0.0 or piece[EXTRAPOLATED] != 0.0):
+        for n in range(own.shape[1]):
+            own[MAGNETS, n] = own[OUTER, n]
+            own[OUTER, n] += own[NEARER, n]
     return -1
+
+
+@subroutine
+def _set_potentials(room, piece, own, row, mirror, times):
+    """Write the potential of a magnet, which is lifted some times, at the nodes of a piece.
+
+    Returns what the piece is to a coil.
+    """
+    count, threaded = place_charges(room, own, mirror), WIDE
+    if times != 0.0:
+        lower_charges(room, count, piece, row, times)
+    if not acts_as_shape(row, piece, mirror):
+        set_dipole_potentials(room, count, dipole_of(row))
+        return threaded
+    threaded = thread(room, count, piece, row, mirror)
+    for n in range(count if threaded != RING else 0):
+        x, y, z = in_frame(row, room[0, n], room[1, n], room[2, n])
+        room[0, n], room[1, n], room[2, n] = x, y, z
+    if threaded == INSIDE:
+        set_potentials_of_coil(room, count, row)
+    elif threaded != RING:
+        set_continued_potentials(room, count, row)
+    return threaded
 
 
 @subroutine

@@ -14,7 +14,10 @@ from magmotor.mjcf.forces.iron_pieces import (
     ANSWER,
     BODY,
     CHARGE,
+    EXCESS,
+    EXTRAPOLATED,
     MOVES,
+    OTHERS,
     WELD,
     center_of,
     dipole_of_piece,
@@ -23,6 +26,7 @@ from magmotor.mjcf.forces.iron_pieces import (
     reflected_center,
 )
 from magmotor.mjcf.forces.iron_potentials import (
+    FURTHER,
     acts_as_shape,
     field_along_line,
     lower_charges,
@@ -30,7 +34,7 @@ from magmotor.mjcf.forces.iron_potentials import (
     set_all_lifts,
     thread,
 )
-from magmotor.mjcf.forces.lifts import is_lifted, wrench_of_lifted
+from magmotor.mjcf.forces.lifts import is_lifted, to_piece, wrench_of_lifted
 from magmotor.mjcf.forces.mirror import NO_MIRROR, mirrored, reflected
 from magmotor.mjcf.forces.shape_fields import dipole_at_dipole, set_dipole_fields
 from magmotor.mjcf.forces.shape_wrenches import (
@@ -41,7 +45,7 @@ from magmotor.mjcf.forces.shape_wrenches import (
 )
 from magmotor.mjcf.forces.shaped_magnets import BODY as BODY_OF_SHAPE
 from magmotor.mjcf.forces.shaped_magnets import MOVES as SHAPE_MOVES
-from magmotor.mjcf.forces.shaped_magnets import THREADED, dipole_of
+from magmotor.mjcf.forces.shaped_magnets import PUSH, THREADED, dipole_of
 from magmotor.mjcf.forces.shaped_magnets import WELD as WELD_OF_SHAPE
 from magmotor.mjcf.forces.sheets import blend, saturate
 from magmotor.mjcf.forces.threaded_iron import INSIDE, WIDE
@@ -54,9 +58,9 @@ def add_iron_wrenches(state, m, offsets, center, applied):
     """Add the wrenches on iron, and the reactions to them; return how many pieces act."""
     mirror, pieces = state.mirror, state.pieces
     for i in range(len(pieces)):
-        _add_magnets(state, pieces[i], NO_MIRROR, center, applied)
+        _add_magnets(state, pieces[i], center, applied)
         if mirror[0] != 0.0:
-            _add_magnets(state, pieces[i], mirror, center, applied)
+            _add_images(state, pieces[i], center, applied)
         for j in range(i + 1):
             moves = pieces[i, MOVES] + pieces[j, MOVES] > 0.0
             if moves and pieces[i, WELD] != pieces[j, WELD]:
@@ -80,22 +84,39 @@ def energy_of_faces(state):
         lifted = set_all_lifts(state, piece)
         images = add_images(piece, rows, 0, room, True) if lifted else 0.0
         energy += images + blend(piece, nodes_of(state.nodes, piece), rows, room, images, True)[2]
+        if piece[EXTRAPOLATED] != 0.0:
+            energy -= piece[EXCESS]
     return energy
 
 
 @subroutine
-def _charges(state, piece, mirror, change):
+def _charges(state, piece, mirror):
     """Write the charges of a piece to the room, reflected if there is a mirror.
 
-    Those in the field of magnets alone count more by `change`. Returns how many there are, with
-    zeros up to a multiple of eight.
+    Returns how many there are, with zeros up to a multiple of eight.
     """
     own, room = nodes_of(state.nodes, piece), state.room
     count = place_charges(room, own, mirror)
     for k in range(count):
         room[3, k] = own[CHARGE, k]
-    for k in range(count if change != 0.0 else 0):
-        room[3, k] += change * own[ANSWER, k]
+    return pad_charges(room, count)
+
+
+@subroutine
+def _separate_charges(state, piece, alone, others):
+    """Write the charges of a piece by magnets alone, and by others, which count by two factors.
+
+    If they are not separate, all of them count, and those by magnets alone the more.
+    """
+    own, room = nodes_of(state.nodes, piece), state.room
+    count = place_charges(room, own, NO_MIRROR)
+    for k in range(count):
+        if piece[EXTRAPOLATED] != 0.0:
+            room[3, k] = alone * own[ANSWER, k] + others * own[OTHERS, k]
+        else:
+            room[3, k] = own[CHARGE, k]
+            if alone != 1.0:
+                room[3, k] += (alone - 1.0) * own[ANSWER, k]
     return pad_charges(room, count)
 
 
@@ -114,45 +135,85 @@ def _with_images(wrench, mirror):
 
 
 @subroutine
-def _add_magnets(state, piece, mirror, center, applied):
-    """Add the wrenches between a piece and all magnets, or their images."""
+def _add_magnets(state, piece, center, applied):
+    """Add the wrenches between a piece and all magnets."""
     room, rows = state.room, state.sources
-    there = reflected_center(piece, mirror)
     body, moves = int(piece[BODY]), piece[MOVES] > 0.0
-    lifted, change = mirror[0] == 0.0 and set_all_lifts(state, piece), 0.0
-    if mirror[0] == 0.0:
-        clear_wrenches(rows)
-        images = add_images(piece, rows, 0, room, False) if lifted else 0.0
-        change = saturate(piece, nodes_of(state.nodes, piece), rows, room, images) - 1.0
-        lifted = lifted or change != 0.0
-    count = _charges(state, piece, mirror, change)
+    lifted = set_all_lifts(state, piece)
+    clear_wrenches(rows)
+    images = add_images(piece, rows, 0, room, False) if lifted else 0.0
+    kept = saturate(piece, nodes_of(state.nodes, piece), rows, room, images)
+    lifted = lifted or kept != 1.0
     for k in range(len(rows)):
         row = rows[k]
         on_it = row[SHAPE_MOVES] > 0.0
-        if not (moves or on_it) or (row[WELD_OF_SHAPE] == piece[WELD] and mirror[0] == 0.0):
+        if not (moves or on_it) or row[WELD_OF_SHAPE] == piece[WELD]:
             continue
-        shaped = acts_as_shape(row, piece, mirror)
-        lowered = lifted and is_lifted(row)
-        if lowered:
-            lower_charges(room, count, piece, row)
         # If any magnet is lifted, all are in its image, and the wrench is about each of them.
-        own = dipole_of(row)
-        about = own[:3] if lifted else there
-        if shaped:
-            threaded = thread(room, count, piece, row, mirror) == INSIDE
-            wrench = charges_at_shape(room, count, about, row, threaded, False)[:6]
-        else:
-            set_dipole_fields(room, count, own)
-            wrench = wrench_of_charges(room, count, about)
+        target = dipole_of(row) if lifted else (*center_of(piece), 0.0, 0.0, 0.0)
+        wrench = _wrench_of_magnet(state, piece, row, kept, target)
         if lifted and row[THREADED] == WIDE:
             wrench = wrench_of_lifted(piece, row, wrench)
-        target = own if lifted else (*center_of(piece), 0.0, 0.0, 0.0)
         add_both(
             body, moves, int(row[BODY_OF_SHAPE]), on_it,
-            target, _with_images(wrench, mirror), mirror, 1.0, center, applied,
+            target, (*wrench, 0.0), NO_MIRROR, 1.0, center, applied,
         )  # fmt: skip
-        if shaped or lowered:
-            count = _charges(state, piece, mirror, change)
+
+
+@subroutine
+def _wrench_of_magnet(state, piece, row, kept, target):
+    """Return the wrench on the charges of a piece in the field of a magnet, about a target.
+
+    Those by magnets alone count by `kept`. If the magnet is extrapolated, it is in two places.
+    """
+    if not is_lifted(row):
+        count = _separate_charges(state, piece, kept, 1.0)
+        return _wrench_in_field(state, piece, row, count, NO_MIRROR, target)
+    twice = piece[EXTRAPOLATED] != 0.0
+    count = _separate_charges(state, piece, kept, 1.0 + 1.0 / FURTHER if twice else 1.0)
+    lower_charges(state.room, count, piece, row, 1.0)
+    wrench = _wrench_in_field(state, piece, row, count, NO_MIRROR, target)
+    if not twice:
+        return wrench
+    count = _separate_charges(state, piece, 0.0, -1.0 / FURTHER)
+    lower_charges(state.room, count, piece, row, 1.0 + FURTHER)
+    more = _wrench_in_field(state, piece, row, count, NO_MIRROR, target)
+    # Its place depends more on the lift, the derivative of which is in `wrench_of_lifted`.
+    push = to_piece(piece, more[0], more[1], more[2])
+    for axis in range(3):
+        row[PUSH + axis] -= FURTHER * push[axis]
+    return (
+        wrench[0] + more[0], wrench[1] + more[1], wrench[2] + more[2],
+        wrench[3] + more[3], wrench[4] + more[4], wrench[5] + more[5],
+    )  # fmt: skip
+
+
+@subroutine
+def _wrench_in_field(state, piece, row, count, mirror, target):
+    """Return the wrench on charges in the room in the field of a magnet, about a target."""
+    if not acts_as_shape(row, piece, mirror):
+        set_dipole_fields(state.room, count, dipole_of(row))
+        return wrench_of_charges(state.room, count, target)
+    threaded = thread(state.room, count, piece, row, mirror) == INSIDE
+    return charges_at_shape(state.room, count, target[:3], row, threaded, False)[:6]
+
+
+@subroutine
+def _add_images(state, piece, center, applied):
+    """Add the wrenches between a piece and the images of all magnets in the plane of iron."""
+    rows, mirror = state.sources, state.mirror
+    body, moves, there = int(piece[BODY]), piece[MOVES] > 0.0, reflected_center(piece, mirror)
+    for k in range(len(rows)):
+        row = rows[k]
+        on_it = row[SHAPE_MOVES] > 0.0
+        if moves or on_it:
+            count = _charges(state, piece, mirror)
+            about = (*there, 0.0, 0.0, 0.0)
+            wrench = _wrench_in_field(state, piece, row, count, mirror, about)
+            add_both(
+                body, moves, int(row[BODY_OF_SHAPE]), on_it, (*center_of(piece), 0.0, 0.0, 0.0),
+                _with_images(wrench, mirror), mirror, 1.0, center, applied,
+            )  # fmt: skip
 
 
 @subroutine
@@ -166,7 +227,7 @@ def _add_pair(state, i, j, mirror, factor, center, applied):
             own = mirrored(mirror, own)
         wrench = dipole_at_dipole(own, source)[:6]
     else:
-        count = _charges(state, piece, mirror, 0.0)
+        count = _charges(state, piece, mirror)
         others = nodes_of(state.nodes, other)
         set_fields(room, count, others, others[CHARGE], radius_of_pair(piece, other))
         wrench = wrench_of_charges(room, count, there)
@@ -181,7 +242,7 @@ def _add_pair(state, i, j, mirror, factor, center, applied):
 def _add_field(state, piece, row, m, offsets, center, applied):
     """Add the wrench of an applied field on a piece, and the reaction on the body of the field."""
     room, own, there = state.room, nodes_of(state.nodes, piece), center_of(piece)
-    count = _charges(state, piece, NO_MIRROR, 0.0)
+    count = _charges(state, piece, NO_MIRROR)
     fx = fy = fz = 0.0
     for k in range(own.shape[1], count):
         room[4, k] = room[5, k] = room[6, k] = 0.0

@@ -48,6 +48,7 @@ from magmotor.mjcf.forces.gaps import find_gaps
 from magmotor.mjcf.forces.hysteresis import COLUMNS as COLUMNS_OF_MEMORY
 from magmotor.mjcf.forces.hysteresis import set_moments
 from magmotor.mjcf.forces.induction import charge_pieces
+from magmotor.mjcf.forces.iron_answers import separate_answers
 from magmotor.mjcf.forces.iron_fields import flux_of_iron
 from magmotor.mjcf.forces.iron_pieces import (
     GEOM,
@@ -300,6 +301,7 @@ def read_state(m, d, offsets, own, kinds):
         worst = charge_pieces(state) if error[0] < 0 else -1
         if worst >= 0:
             error = UNSOLVED, int(pieces[worst, GEOM]), -1
+        separate_answers(state)
     elif error[0] < 0 and len(memories) > 0:  # iron must not act, too
         error = set_moments(state, own, m, d, offsets)
     return MagneticState(

@@ -18,7 +18,6 @@ between a flat face and the opposite one, in the depth that the face knows; for 
 
 import math
 
-from magmotor.mjcf import memory
 from magmotor.mjcf.forces.faces import (
     AXIS,
     DEPTH,
@@ -30,21 +29,8 @@ from magmotor.mjcf.forces.faces import (
     inside,
     step,
 )
-from magmotor.mjcf.forces.induction import set_charges
-from magmotor.mjcf.forces.iron_pieces import (
-    ANSWER,
-    ANSWERED,
-    CHARGE,
-    ENERGY,
-    INNER,
-    MAGNETS,
-    NET,
-    PASSING,
-    POTENTIAL,
-    RELUCTIVITY,
-    ROWS,
-    SATURATION,
-)
+from magmotor.mjcf.forces.iron_answers import answer_magnets
+from magmotor.mjcf.forces.iron_pieces import SATURATION
 from magmotor.mjcf.forces.lifts import center_on_piece
 from magmotor.mjcf.forces.shaped_magnets import (
     FADE,
@@ -83,7 +69,7 @@ def blend(piece, own, rows, room, images, wanted):
     full = _add_sheets(piece, rows, room, wanted) if piece[SATURATION] > 0.0 else 0.0
     if full == 0.0:
         return 1.0, 0.0, 0.0
-    linear = images + _answer_magnets(piece, own, room)
+    linear = images + answer_magnets(piece, own, room)
     if not full > LARGEST * linear:
         return 1.0, 0.0, 0.0
     ratio = full / linear
@@ -105,29 +91,6 @@ def saturate(piece, own, rows, room, images):
         for i in range(6):
             rows[k, WRENCH + i] += by_sheets * rows[k, SHEET + i]
     return kept
-
-
-@subroutine
-def _answer_magnets(piece, own, room):
-    """Write the charges of a piece in the field of magnets alone; return its energy."""
-    count, energy, alone = own.shape[1], piece[ENERGY], True
-    for k in range(count):
-        alone = alone and own[MAGNETS, k] == own[POTENTIAL, k]
-        own[ANSWER, k] = own[CHARGE, k]
-    if alone:
-        return energy
-    nodes = memory.numbers(room.ctypes.data, ROWS, count)
-    for k in range(count):
-        nodes[POTENTIAL, k], nodes[CHARGE, k] = own[MAGNETS, k], 0.0
-        nodes[INNER, k] = nodes[ANSWERED, k] = 0.0
-    net, passing, nu = piece[NET], piece[PASSING], piece[RELUCTIVITY]
-    piece[NET] = piece[PASSING] = 0.0
-    set_charges(piece, nodes)
-    piece[NET], piece[PASSING], piece[RELUCTIVITY] = net, passing, nu
-    for k in range(count):
-        own[ANSWER, k] = nodes[CHARGE, k]
-    found, piece[ENERGY] = piece[ENERGY], energy
-    return found
 
 
 @subroutine
