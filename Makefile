@@ -91,9 +91,9 @@ docs: .venv/dev-ready library  ## the documentation site, which opens from disk:
 compat: .venv-compat/ready  ## tests of what depends on MuJoCo's version, on 3.17: by the library, then by Numba
 	@.venv-compat/bin/python -m library.build
 	@.venv-compat/bin/python -c 'import mujoco; print("== compat: running pytest on mujoco", mujoco.__version__)'
-	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_c_host.py $(ARGS)
-	@MAGMOTOR_LIBRARY=0 .venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_plugin.py \
-		tests/library/test_failures.py $(ARGS)
+	@.venv-compat/bin/python -m pytest tests/programs/test_compat.py tests/library/test_c_host.py \
+		tests/library/test_plugin.py tests/library/test_failures.py $(ARGS)
+	@MAGMOTOR_LIBRARY=0 .venv-compat/bin/python -m pytest tests/programs/test_compat.py $(ARGS)
 
 # $(call elsewhere,LIBRARY,WHEEL'S PLATFORM,PROGRAMS,VARIABLE,TESTS): run tests of a library for
 # another machine, which find MuJoCo for it in the folder named by a variable.

@@ -53,9 +53,10 @@ def magnetism() -> "Block":
       control. A geom has a winding on its side. A control that is set between `mj_step1` and
       `mj_step2` acts in the next step only (with the plugin, at once).
     - `magnets`: a geom with `user="J_x J_y J_z"`, its polarization in T along its own axes, is a
-      magnet of its shape: a box, a cylinder, an ellipsoid or a sphere.
+      magnet of its shape, which may also be a capsule or a convex mesh.
     - `iron`: a tuple named `iron...` lists a numeric, the susceptibility and optionally the
-      saturation magnetization in A/m, and geoms. A geom becomes an induced dipole; a plane mirrors.
+      saturation magnetization in A/m and the distance of nodes in m, and geoms. The field at its
+      nodes magnetizes a geom, or several that touch as one; a plane mirrors.
     - `conductors`: a tuple named `conductor...` lists a numeric, the conductivity in S/m and
       optionally the thickness in m, and planes, above which eddy currents brake magnets that move.
     - `hysteresis`: a tuple named `hysteresis...` lists a numeric, the coercivity in A/m and the
