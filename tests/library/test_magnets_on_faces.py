@@ -167,6 +167,24 @@ def test_a_dipole_passes_an_edge_without_a_jump():
     assert np.abs(np.diff(energies)).max() < 0.1 * plane
 
 
+@pytest.mark.parametrize("half", [0.0006, 0.002])
+def test_a_disk_beside_a_sheet_passes_the_planes_of_its_faces_without_a_jump(half):
+    """Energies differ by 4e-7, forces by 2e-7; they did by 0.9 % and 0.6 %."""
+    sheet = f'<geom name="iron" type="box" size=".02 .02 {half}"/>'
+    magnet = body(disk(0.005, 0.002, (0, 0, 0), "0 0 1.3"), place="-.026 0 0")
+    model, data = loaded(sheet, magnet, "1000")
+    for plane in (half, -half):
+        energies, forces = [], []
+        for side in (1e-10, -1e-10):
+            data.qpos[-5] = plane + side
+            with mm.magnetism():
+                mujoco.mj_forward(model, data)
+            energies.append(mm.magnetic_energy(model, data))
+            forces.append(data.xfrc_applied[2, 0])
+        assert energies[0] == pytest.approx(energies[1], rel=1e-5)  # 3.5e-7
+        assert forces[0] == pytest.approx(forces[1], rel=5e-6)  # 2e-7
+
+
 LEFT, RIGHT = (
     disk(0.00635, 0.0015875, (0, 0, 0), "0 0 1.32"),
     disk(0.005, 0.002, (0, 0, 0), ".3 0 1.32"),

@@ -137,23 +137,28 @@ def share_of(piece, face, row):
     """
     if int(row[KIND]) == POINT:
         return _share_of_point(piece, face, row)
-    scale = 1.0 / (SHARP * thickness_of(row))
+    half = 0.5 * thickness_of(row)
+    scale = 0.5 / (SHARP * half)
     gap, x, y, z = _gap(piece, face, row)
     own, more = _front(scale * gap)
-    faces, first, total = faces_of(piece), 0, 0.0
+    faces, place, first, total = faces_of(piece), center_on_piece(piece, row), 0, 0.0
     fx = fy = fz = tx = ty = tz = 0.0
     while first < len(faces):
         other = face_from(faces, first)
         first += len(other)
-        if not _competes(face, other, height_above(other, center_on_piece(piece, row))):
+        above = height_above(other, place)
+        if not _competes(face, other, above):
             continue
+        # The opposite face comes in as it begins to lift.
+        front, rise = step(above / half) if other[0, AXIS] == face[0, AXIS] else (1.0, 0.0)
         height, u, v, w = _gap(piece, other, row)
         level, slope = _front(scale * height)
-        ratio = level / own
+        ratio = front * level / own
         total += ratio
         a = _by_plane(other, u, v, w, ratio * slope * scale)
         b = _by_plane(face, x, y, z, ratio * more * scale)
-        fx, fy, fz = fx + a[0] - b[0], fy + a[1] - b[1], fz + a[2] - b[2]
+        c = _by_plane(other, 0.0, 0.0, 0.0, rise * level / (own * half))
+        fx, fy, fz = fx + a[0] - b[0] + c[0], fy + a[1] - b[1] + c[1], fz + a[2] - b[2] + c[2]
         tx, ty, tz = tx + a[3] - b[3], ty + a[4] - b[4], tz + a[5] - b[5]
     share = 1.0 / (1.0 + total)
     factor = -share * share
