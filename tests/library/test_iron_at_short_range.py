@@ -91,3 +91,15 @@ def test_the_flux_through_a_narrow_gap(distance, spacing, bound):
     _, data = iron(bodies, "0 0 0.02", f"1e14 0 {spacing}", "piece other")
     truth = force_of_two(distance, 0.01, 0.02, 1e14, False)
     assert data.xfrc_applied[2, 2] == pytest.approx(truth, rel=bound)
+
+
+def test_more_gaps_than_are_solved_together():
+    """Pairs of spheres 1 m apart have a gap each, and attract each other as one pair does."""
+    ball, bodies, names = 'size="0.01"', "", []
+    for k in range(17):
+        bodies += free(ball, f"{k} 0 0", f"low{k}") + free(ball, f"{k} 0 0.0202", f"high{k}")
+        names += [f"low{k}", f"high{k}"]
+    pulls = iron(bodies, "0 0 0.02", "1e14", " ".join(names))[1].xfrc_applied[1::2, 2]
+    truth = force_of_two(2.02, 0.01, 0.02, 1e14, False)
+    assert pulls == pytest.approx(-truth, rel=0.1)  # 0.03
+    assert pulls == pytest.approx(pulls[0], rel=1e-4)  # 8e-6
