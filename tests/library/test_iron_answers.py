@@ -112,3 +112,24 @@ def test_wrenches_are_derivatives_of_the_energy(bodies, iron, field, saturation)
     error = np.abs(found - wrenches_by_energy(model, data, count, (2e-7,) * 3 + (2e-5,) * 3))
     sizes = np.abs(found).max(axis=(0, 2))
     assert (error.max(axis=(0, 2)) < 1e-6 * sizes).all()
+
+
+@pytest.mark.parametrize(("others", "field"), [(PELLET, "0 0 0"), ("", FIELD), (PELLET, FIELD)])
+def test_the_field_is_that_of_the_energy(others, field):
+    """Of a small dipole near a magnet and a block on which others act: B = -dE/dm, up to 0.14 T."""
+    iron = ["block", "pellet"] if others else ["block"]
+    for place in (".004 .002 .0075", ".0195 .004 .0068", "-.004 -.006 .0064"):
+        for turn in ("0 0 0", "90 0 0", "0 90 0"):
+            probe = (
+                f'<body name="probe" pos="{place}" euler="{turn}"><freejoint/><geom size=".001"/>'
+            )
+            energies = []
+            for moment in (1e-4, -1e-4):
+                site = f'<site name="probe" user="{moment}"/></body>'
+                model, data = loaded(BLOCK + DISK + others + probe + site, *iron, field=field)
+                energies.append(mm.magnetic_energy(model, data))
+            model.site_user[:] = 0
+            flux = mm.field(model, data, data.site("probe").xpos[None])[0]
+            along = flux @ data.site("probe").xmat.reshape(3, 3)[:, 2]
+            slope = (energies[0] - energies[1]) / 2e-4
+            assert -slope == pytest.approx(along, abs=2e-4)  # 5.8e-5
