@@ -79,7 +79,8 @@ def test_work_along_a_path_over_an_edge_is_the_change_of_energy(case):
     places = 0.03 + 1e-4 * np.arange(-150, 151)
     energies, forces = moved_along(model, data, places)
     work = np.concatenate([[0.0], np.cumsum(5e-5 * (forces[1:, 0] + forces[:-1, 0]))])
-    assert np.abs(work + energies - energies[0]).max() < 1e-3 * np.abs(energies).max()
+    error = np.abs(work + energies - energies[0]).max()
+    assert error < 1e-3 * np.abs(energies).max()  # 5.8e-4, by steps
 
 
 def test_a_charge_near_a_wedge():
@@ -110,7 +111,7 @@ def test_a_charge_near_a_wedge():
         assert found[4] == pytest.approx(image, rel=1e-12)
         exact = _green(angle - other, cosine) - _green(angle + other, cosine)
         exact = exact / math.sqrt(2 * r * s) - free
-        assert at(r, angle, along, 0.0)[0] == pytest.approx(exact, abs=0.03 / math.sqrt(r * s))
+        assert at(r, angle, along, 0.0)[0] == pytest.approx(exact, abs=0.03 / math.sqrt(r * s))  # 0.0053
 
 
 def _green(psi, cosine):
