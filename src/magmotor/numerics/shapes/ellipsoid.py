@@ -10,7 +10,8 @@ factor (J. A. Stratton, *Electromagnetic Theory*, 1941, section 3.27). The sum o
 a_1 a_2 a_3/D(l). They are found by duplication (B. C. Carlson, Numer. Algorithms 10 (1995) 13).
 
 With l slightly below 0, this is the field outside, continued to the inside. It is bounded where
-l < -3/4 of the least a_i^2: there, l is constant. Rounding errors are relative to the field.
+l < -3/4 of the least a_i^2: there, l is constant, or for a sphere N_i is linear in l. Rounding
+errors are relative to the field.
 """
 
 import math
@@ -90,7 +91,9 @@ def sphere_field(x, y, z, radius, jx, jy, jz):
     """Compute the field mu0 H of a uniformly polarized sphere in T: a dipole's, or -J/3 inside."""
     square = x * x + y * y + z * z
     inside = square < radius * radius
-    return _dipole(x, y, z, radius, jx, jy, jz, radius * radius if inside else square, inside)
+    factor = _sphere_factor(radius, radius * radius if inside else square)
+    along = 0.0 if inside else 3.0 * factor * (x * jx + y * jy + z * jz) / square
+    return along * x - factor * jx, along * y - factor * jy, along * z - factor * jz
 
 
 @twofold(forceinline=True)
@@ -102,16 +105,29 @@ def sphere_potential(x, y, z, radius, jx, jy, jz):
 
 @twofold(forceinline=True)
 def sphere_continued_field(x, y, z, radius, jx, jy, jz):
-    """Compute the field of a dipole, which is uniform within half the radius."""
-    square, least = x * x + y * y + z * z, (1.0 - DEEPEST) * radius * radius
-    return _dipole(x, y, z, radius, jx, jy, jz, max(square, least), square < least)
+    """Compute the field of a dipole, which is bounded within half the radius.
+
+    It is continuous there, since charges that stand for a sphere are on that surface.
+    """
+    factor, slope = _continued_factor(radius, x * x + y * y + z * z)
+    along = slope * (x * jx + y * jy + z * jz)
+    return along * x - factor * jx, along * y - factor * jy, along * z - factor * jz
 
 
 @twofold(forceinline=True)
 def sphere_continued_potential(x, y, z, radius, jx, jy, jz):
     """Compute the potential of `sphere_continued_field`."""
-    square, least = x * x + y * y + z * z, (1.0 - DEEPEST) * radius * radius
-    return (x * jx + y * jy + z * jz) * _sphere_factor(radius, max(square, least))
+    factor, _ = _continued_factor(radius, x * x + y * y + z * z)
+    return (x * jx + y * jy + z * jz) * factor
+
+
+@twofold(forceinline=True)
+def _continued_factor(radius, square):
+    """Return R^3/(3 r^3) and twice its slope by -r^2; that is constant within half the radius."""
+    farther = max(square, (1.0 - DEEPEST) * radius * radius)
+    factor = _sphere_factor(radius, farther)
+    slope = 3.0 * factor / farther
+    return factor + 0.5 * slope * (farther - square), slope
 
 
 @twofold(forceinline=True)
@@ -119,14 +135,6 @@ def _sphere_factor(radius, square):
     """Return R^3/(3 r^3), where r^2 is given."""
     ratio = radius / math.sqrt(square)
     return ratio * ratio * ratio / 3.0
-
-
-@twofold(forceinline=True)
-def _dipole(x, y, z, radius, jx, jy, jz, square, uniform):
-    """Return the field of a dipole where r^2 is given, or its uniform part."""
-    factor = _sphere_factor(radius, square)
-    along = 0.0 if uniform else 3.0 * factor * (x * jx + y * jy + z * jz) / square
-    return along * x - factor * jx, along * y - factor * jy, along * z - factor * jz
 
 
 @twofold(forceinline=True)
