@@ -33,6 +33,9 @@ front."""
 REACH = POINT * (1.0 + SOFT)
 """Gap to a face beyond which no magnet is lifted, over the distance of nodes."""
 
+NARROWEST = 0.1
+"""Width of the narrowest face for which magnets are lifted less, over the distance of nodes."""
+
 SEAM = 0.5
 """Width in which images go from one rectangle to the next, over the distance of nodes."""
 
@@ -82,10 +85,17 @@ def face_from(faces, first):
 
 @subroutine
 def distance_of_nodes(face):
-    """Return the largest mean distance of the nodes on the rectangles of a face."""
+    """Return the largest mean distance of the nodes on the rectangles of a face.
+
+    It is at most the width of a rectangle, or `NARROWEST` of the distance if that is more: what
+    lifts a magnet from a narrow face takes away more than the face's images return.
+    """
     apart = 0.0
     for k in range(len(face)):
-        apart = max(apart, face[k, APART])
+        narrow = 2.0 * face[k, HALF]
+        if face[k, HALF + 1] > 0.0:
+            narrow = min(narrow, 2.0 * face[k, HALF + 1])
+        apart = max(apart, min(face[k, APART], max(narrow, NARROWEST * face[k, APART])))
     return apart
 
 
