@@ -234,8 +234,21 @@ def test_a_sphere_is_an_ellipsoid():
     sphere, same = shape("sphere"), shape("ellipsoid", SIZES["sphere"] * 3)
     for where, kind in product(["near", "inside", "axis", "far"], KINDS):
         points = points_of(where, sphere.extent, 50)
+        if kind.startswith("continued"):  # those of a sphere are continuous at half the radius
+            points = points[np.linalg.norm(points, axis=1) > 0.5 * sphere.extent[0]]
         found, expected = getattr(sphere, kind)(points), getattr(same, kind)(points)
         assert worst(found, expected) < 5e-14 * np.abs(expected).max()  # 2.6e-15
+
+
+def test_the_continued_field_of_a_sphere_is_continuous():
+    """At half the radius, where its charges are."""
+    sphere = shape("sphere")
+    normals = np.random.default_rng(0).normal(size=(20, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    points = 0.5 * sphere.extent[0] * normals
+    for kind in ("continued_field", "continued_potential"):
+        ends = [getattr(sphere, kind)(points * (1 + side * 1e-9)) for side in (1, -1)]
+        assert worst(*ends) < 5e-8 * np.abs(ends[0]).max()  # 2.7e-9, 4e-9
 
 
 def test_a_disk_of_the_shop():

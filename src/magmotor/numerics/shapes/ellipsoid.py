@@ -92,7 +92,8 @@ def sphere_field(x, y, z, radius, jx, jy, jz):
     square = x * x + y * y + z * z
     inside = square < radius * radius
     factor = _sphere_factor(radius, radius * radius if inside else square)
-    along = 0.0 if inside else 3.0 * factor * (x * jx + y * jy + z * jz) / square
+    slope = 0.0 if inside else 3.0 * factor / square
+    along = slope * (x * jx + y * jy + z * jz)
     return along * x - factor * jx, along * y - factor * jy, along * z - factor * jz
 
 
