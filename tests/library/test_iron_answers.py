@@ -1,15 +1,14 @@
 """Magnets near pieces of iron on which others act: other pieces, fluxes through gaps, fields."""
 
-import math
-
 import mujoco
 import numpy as np
 import pytest
 from energy_slopes import wrenches_by_energy
 
 import magmotor as mm
+from tests.library.test_coil_geoms import box
+from tests.library.test_magnets_on_faces import POINT, body, disk
 
-MU0 = 4e-7 * math.pi
 MODEL = """
 <mujoco>
   <size nuser_geom="3" memory="50M"/>
@@ -45,14 +44,6 @@ def loaded(bodies, *iron, field="0 0 0", saturation=0.0, apart=0.0):
     return model, data
 
 
-def box(name, size, pos, more=""):
-    return f'<geom name="{name}" type="box" size="{size}" pos="{pos}" {more}/>'
-
-
-def body(geom, pos="0 0 0", turn="0 0 0"):
-    return f'<body pos="{pos}" euler="{turn}"><freejoint/>{geom}</body>'
-
-
 @pytest.mark.parametrize(
     ("gap", "expected", "automatic", "finer"),
     [
@@ -67,11 +58,9 @@ def test_a_magnet_between_two_legs_holds_a_keeper(gap, expected, automatic, fine
     A magnet that is only lifted gives 0.51, 0.62 and 0.56 of the force, with the automatic nodes.
     The elements are those of `test_circuits.py`; two meshes agree to 1.5 %.
     """
-    legs = box("left", ".005 .005 .015", "-.01 0 -.015") + box(
-        "right", ".005 .005 .015", ".01 0 -.015"
-    )
-    magnet = box("magnet", ".005 .005 .005", "0 0 -.005", 'user="1.3 0 0"')
-    keeper = body(box("keeper", ".015 .005 .004", "0 0 0"), f"0 0 {-0.034 - 1e-3 * gap}")
+    legs = box("left", (-15, -5), (-5, 5), (-30, 0)) + box("right", (5, 15), (-5, 5), (-30, 0))
+    magnet = box("magnet", (-5, 5), (-5, 5), (-10, 0)).replace("/>", ' user="1.3 0 0"/>')
+    keeper = body(box("keeper", (-15, 15), (-5, 5), (-38, -30)), place=f"0 0 {-1e-3 * gap}")
     iron = "left", "right", "keeper"
     for apart, bound in ((0.0, automatic), (0.0025, finer)):
         data = loaded(legs + magnet + keeper, *iron, apart=apart)[1]
@@ -79,12 +68,12 @@ def test_a_magnet_between_two_legs_holds_a_keeper(gap, expected, automatic, fine
         assert pull == pytest.approx(expected, rel=bound)
 
 
-BLOCK = body(box("block", ".02 .015 .006", "0 0 0"), turn="1 2 3")
-SHEET = body(box("block", ".02 .015 .0006", "0 0 0"), "0 0 .0054", "1 2 3")
-PELLET = body(box("pellet", ".004 .005 .003", "0 0 0"), ".025 .002 .001", "5 0 20")
-DISK = body('<geom type="cylinder" size=".005 .002" user=".3 0 1.32"/>', ".012 .003 .0086", "3 6 0")
-FAR = body('<geom type="cylinder" size=".004 .003" user="0 1.1 0"/>', "-.03 .01 .012", "3 50 0")
-DIPOLE = body('<geom size=".001"/><site user=".3"/>', "-.007 .002 .009", "3 -5 0")
+BLOCK = body(box("block", (-20, 20), (-15, 15), (-6, 6)), turn="1 2 3")
+SHEET = body(box("block", (-20, 20), (-15, 15), (-0.6, 0.6)), place="0 0 .0054", turn="1 2 3")
+PELLET = body(box("pellet", (-4, 4), (-5, 5), (-3, 3)), place=".025 .002 .001", turn="5 0 20")
+DISK = body(disk(0.005, 0.002, (0, 0, 0), ".3 0 1.32"), place=".012 .003 .0086", turn="3 6 0")
+FAR = body(disk(0.004, 0.003, (0, 0, 0), "0 1.1 0"), place="-.03 .01 .012", turn="3 50 0")
+DIPOLE = body(POINT, place="-.007 .002 .009", turn="3 -5 0")
 PLANE = '<geom name="plane" type="plane" size="1 1 1" pos="0 0 -.012"/>'
 FIELD = "0.03 0.01 0.05 0.4 0 0.1 0.3 -0.2"
 

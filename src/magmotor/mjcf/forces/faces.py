@@ -16,8 +16,9 @@ from magmotor.numerics.deferred import subroutine
 AXIS, SIDE, HEIGHT, CENTER, HALF, FREE, APART, DEPTH, COLUMNS = 0, 1, 2, 3, 5, 7, 11, 12, 13
 """Columns of a rectangle: the axis of its normal, and the sign of that; its height along the
 normal; along the two next axes, its center, half of its edges, and whether the piece ends at the
-lower and the upper one; the mean distance of its nodes; the least distance from an opposite face;
-and how many columns there are. A disk has a radius and 0 instead of the edges."""
+lower and the upper one; the mean distance of its nodes, or less if it is narrow; the least
+distance from an opposite face; and how many columns there are. A disk has a radius and 0 instead of
+the edges."""
 
 POINT, WIDE, WIDTH = 1.4, 0.35, 1.5
 """Heights that nodes resolve, over their distance: of a dipole, and of a wide magnet; half of its
@@ -32,9 +33,6 @@ front."""
 
 REACH = POINT * (1.0 + SOFT)
 """Gap to a face beyond which no magnet is lifted, over the distance of nodes."""
-
-NARROWEST = 0.1
-"""Width of the narrowest face for which magnets are lifted less, over the distance of nodes."""
 
 SEAM = 0.5
 """Width in which images go from one rectangle to the next, over the distance of nodes."""
@@ -85,17 +83,10 @@ def face_from(faces, first):
 
 @subroutine
 def distance_of_nodes(face):
-    """Return the largest mean distance of the nodes on the rectangles of a face.
-
-    It is at most the width of a rectangle, or `NARROWEST` of the distance if that is more: what
-    lifts a magnet from a narrow face takes away more than the face's images return.
-    """
+    """Return the largest distance of the nodes on the rectangles of a face."""
     apart = 0.0
     for k in range(len(face)):
-        narrow = 2.0 * face[k, HALF]
-        if face[k, HALF + 1] > 0.0:
-            narrow = min(narrow, 2.0 * face[k, HALF + 1])
-        apart = max(apart, min(face[k, APART], max(narrow, NARROWEST * face[k, APART])))
+        apart = max(apart, face[k, APART])
     return apart
 
 

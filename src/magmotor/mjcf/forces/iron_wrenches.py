@@ -110,13 +110,14 @@ def _separate_charges(state, piece, alone, others):
     """
     own, room = nodes_of(state.nodes, piece), state.room
     count = place_charges(room, own, NO_MIRROR)
-    for k in range(count):
-        if piece[EXTRAPOLATED] != 0.0:
-            room[3, k] = alone * own[ANSWER, k] + others * own[OTHERS, k]
-        else:
+    if piece[EXTRAPOLATED] == 0.0:
+        for k in range(count):
             room[3, k] = own[CHARGE, k]
-            if alone != 1.0:
-                room[3, k] += (alone - 1.0) * own[ANSWER, k]
+        for k in range(count if alone != 1.0 else 0):
+            room[3, k] += (alone - 1.0) * own[ANSWER, k]
+    else:
+        for k in range(count):
+            room[3, k] = alone * own[ANSWER, k] + others * own[OTHERS, k]
     return pad_charges(room, count)
 
 

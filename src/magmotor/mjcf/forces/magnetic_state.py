@@ -301,7 +301,8 @@ def read_state(m, d, offsets, own, kinds):
         worst = charge_pieces(state) if error[0] < 0 else -1
         if worst >= 0:
             error = UNSOLVED, int(pieces[worst, GEOM]), -1
-        separate_answers(state)
+        if error[0] < 0:
+            separate_answers(state)
     elif error[0] < 0 and len(memories) > 0:  # iron must not act, too
         error = set_moments(state, own, m, d, offsets)
     return MagneticState(

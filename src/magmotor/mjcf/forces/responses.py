@@ -40,7 +40,7 @@ ROWS = 5
 BITS = 8
 """Responses are kept in 2^8 lists."""
 
-MARK = b"MAGIRON4"
+MARK = b"MAGIRON5"
 """The first eight bytes of a file of responses."""
 
 _lists = (ctypes.c_int64 * (1 << BITS))()

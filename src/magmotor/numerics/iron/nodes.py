@@ -71,6 +71,9 @@ INTO_WALL = 0.25
 """How far faces reach into what rises beside them, over the distance of nodes, so that their images
 do not end there; see `mjcf/forces/faces.py`."""
 
+NARROWEST = 0.1
+"""Width of the narrowest face from which magnets are lifted less, over the distance of nodes."""
+
 CLOSE = 1e-9
 """How far points may be outside of a rectangle, over the size of the piece."""
 
@@ -97,9 +100,12 @@ def face(
     list of float
         The axis; the sign; the height of the face along its normal; along the two next axes, the
         center, half of the edges, and whether the lower and the upper one are free; and the mean
-        distance of nodes.
+        distance of nodes. This is at most the width of the face, or `NARROWEST` of it if that is
+        more: what lifts a magnet from a narrow face takes away more than images return.
     """
     next_axes = [(axis + 1) % 3, (axis + 2) % 3]
+    width = min(2 * length for length in half[next_axes] if length > 0)
+    apart = min(apart, max(width, NARROWEST * apart))
     frame = [*center[next_axes], *half[next_axes], *free[:, next_axes].T.ravel()]
     return [axis, side, side * center[axis], *frame, apart]
 

@@ -93,8 +93,7 @@ def sphere_field(x, y, z, radius, jx, jy, jz):
     inside = square < radius * radius
     factor = _sphere_factor(radius, radius * radius if inside else square)
     slope = 0.0 if inside else 3.0 * factor / square
-    along = slope * (x * jx + y * jy + z * jz)
-    return along * x - factor * jx, along * y - factor * jy, along * z - factor * jz
+    return _field_of_factor(x, y, z, factor, slope, jx, jy, jz)
 
 
 @twofold(forceinline=True)
@@ -111,8 +110,7 @@ def sphere_continued_field(x, y, z, radius, jx, jy, jz):
     It is continuous there, since charges that stand for a sphere are on that surface.
     """
     factor, slope = _continued_factor(radius, x * x + y * y + z * z)
-    along = slope * (x * jx + y * jy + z * jz)
-    return along * x - factor * jx, along * y - factor * jy, along * z - factor * jz
+    return _field_of_factor(x, y, z, factor, slope, jx, jy, jz)
 
 
 @twofold(forceinline=True)
@@ -120,6 +118,13 @@ def sphere_continued_potential(x, y, z, radius, jx, jy, jz):
     """Compute the potential of `sphere_continued_field`."""
     factor, _ = _continued_factor(radius, x * x + y * y + z * z)
     return (x * jx + y * jy + z * jz) * factor
+
+
+@twofold(forceinline=True)
+def _field_of_factor(x, y, z, factor, slope, jx, jy, jz):
+    """Return the field whose potential is a factor times J.x, given twice its slope by -r^2."""
+    along = slope * (x * jx + y * jy + z * jz)
+    return along * x - factor * jx, along * y - factor * jy, along * z - factor * jz
 
 
 @twofold(forceinline=True)
