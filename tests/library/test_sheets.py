@@ -145,7 +145,7 @@ SCENES = {
     "near": (SHEET, body(DISK, ".013 .004 .0035", "4 0 0") + body(SMALL, "-.009 .002 .0076"), ""),
     "beside": (SHEET, body(DISK, ".013 .004 .0035") + body(SMALL, ".0005 .0355 .004"), ""),
     "wall": (
-        CORNER, body(DISK, ".025 .004 .0045", "4 0 0") + body(BAR, "-.01 0 .006", "84 0 0"), "",
+        CORNER, body(DISK, ".025 .004 .0045", "4 0 0") + body(BAR, "-.0101 0 .006", "84 0 0"), "",
     ),
     "bead": (SHEET, body(DISK, ".003 .004 .0045", "8 0 30"), BEAD),
     "gap": (SHEET, body(DISK, ".003 .004 .0045", "8 0 30"), BLOCK),

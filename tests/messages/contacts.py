@@ -156,12 +156,12 @@ UserWarning: body 'one' has sunk into body 'two' by more than a quarter of its w
     their dipoles are too near; mm.check(model) proposes a timestep and contacts for magnets that
     touch
 >>> steps(two(0.0074), 1)
-FatalError: bodies 1 'one' and 2 'two' are magnets that overlap at the start, by more than a
-    quarter of the width of the first; move them apart, or exclude their contact
+FatalError: bodies 1 'one' and 2 'two' are magnets or iron that overlap at the start, by more than
+    a quarter of the width of the first; move them apart, or exclude their contact
 >>> steps(two(0.0074, plugin=True), 1)
-FatalError: bodies 1 'one' and 2 'two' are magnets that overlap at the start, by more than a
-    quarter of the width of the first; move them apart, or exclude their contact
+FatalError: bodies 1 'one' and 2 'two' are magnets or iron that overlap at the start, by more than
+    a quarter of the width of the first; move them apart, or exclude their contact
 >>> steps(two(0.0074, "box"), 1)
-FatalError: bodies 1 'one' and 2 'two' are magnets that overlap at the start, by more than a
-    quarter of the width of the first; move them apart, or exclude their contact
+FatalError: bodies 1 'one' and 2 'two' are magnets or iron that overlap at the start, by more than
+    a quarter of the width of the first; move them apart, or exclude their contact
 """

@@ -216,8 +216,9 @@ _OF_ERRORS: dict[int, Forms] = {
         "geom {number} {name}: the size of iron and of magnets must be positive and finite"
     ),
     error_numbers.OVERLAP: (
-        "bodies {number} {name} and {other} {other_name} are magnets that overlap at the start, by"
-        " more than a quarter of the width of the first; move them apart, or exclude their contact"
+        "bodies {number} {name} and {other} {other_name} are magnets or iron that overlap at the"
+        " start, by more than a quarter of the width of the first; move them apart, or exclude"
+        " their contact"
     ),
     error_numbers.COUPLED_IRON: (
         "iron geom {number} {name} belongs to a body of coupling tuple {other} {other_name}:"

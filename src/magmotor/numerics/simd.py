@@ -3,7 +3,8 @@
 By default, LLVM sums a loop's terms in as many partial sums as fit in the processor's vectors, so
 that the last digits depend on the processor. An `Eight` is one vector of AVX-512, two of AVX or
 four of SSE and NEON, and gives the same bits on all of these: every operation is rounded according
-to IEEE 754, and multiplication and addition are fused only by `fused`.
+to IEEE 754, and multiplication and addition are fused only by `fused`. Operators take two Eights,
+or one and a double.
 
 A processor without a fused multiply-add (x86-64 below level v3) also rounds the product.
 """
@@ -18,7 +19,7 @@ fused = _vector("fused")
 """Return a b + c for doubles or Eights, rounded once if the processor supports it."""
 
 square_root = _vector("square_root")
-"""Return the square root of each element of an Eight."""
+"""Return the square root of a double, or of each element of an Eight."""
 
 negative = _vector("negative")
 """Return the negative of each element, at no cost as a factor of `fused`."""

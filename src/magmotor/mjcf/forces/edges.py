@@ -16,6 +16,7 @@ import math
 
 from magmotor.mjcf import memory
 from magmotor.mjcf.forces.charges import set_charges, set_dipole
+from magmotor.mjcf.forces.dipole_table import padded
 from magmotor.mjcf.forces.faces import (
     AXIS,
     CENTER,
@@ -33,10 +34,20 @@ from magmotor.mjcf.forces.faces import (
 from magmotor.mjcf.forces.iron_pieces import SUSCEPTIBILITY
 from magmotor.mjcf.forces.lifts import add_to_row, center_on_piece, place_on_piece
 from magmotor.mjcf.forces.shaped_magnets import KIND, LIFT, POINT, RADIUS, dipole_of
+from magmotor.numerics.constants import COUNT
 from magmotor.numerics.deferred import subroutine
 from magmotor.numerics.demagnetization import VACUUM_PERMEABILITY
-from magmotor.numerics.elementary import arctangent, cosine, prefer_wide_vectors, sine
+from magmotor.numerics.elementary import arctangent, cosine, sine
 from magmotor.numerics.iron.wedge import induced
+from magmotor.numerics.simd import (
+    broadcast,
+    lane_numbers,
+    load,
+    store,
+    total,
+    where_equal,
+    where_less,
+)
 
 LEVEL, FEW, MOST = 3, 72, 248
 """Order of the charges of a magnet, how many of that order there are at most, instead of one less;
@@ -136,7 +147,8 @@ def _nearness(piece, edge, row):
         return 0.0, 0.0, 0.0, 0.0
     slope = -slope / (FADING * apart * distance) if slope != 0.0 else 0.0
     size = row[RADIUS] + NEAR * apart
-    inside, by_along, _ = window(edge[3][0], edge[3][1], place[edge[2]], SEAM * apart, size)
+    height = size, TINY * size
+    inside, by_along, _ = window(edge[3][0], edge[3][1], place[edge[2]], SEAM * apart, height)
     return (
         near * inside,
         *_along_axes(edge, inside * slope * x, inside * slope * y, near * by_along),
@@ -169,8 +181,11 @@ def _outside(x, y):
 
 
 @subroutine
-def _set_charges(piece, edge, row, shaped, lifted, room):
-    """Write the charges of a magnet as an edge sees them; return how many, or 0 for too many."""
+def _set_charges(piece, edge, row, shaped, lifted, share, room):
+    """Write the charges of a magnet as an edge sees them; return how many, or 0 for too many.
+
+    Their weights are times `share`.
+    """
     if int(row[KIND]) == POINT or not shaped:
         count = set_dipole(room, dipole_of(row), edge[4])
     else:
@@ -194,64 +209,99 @@ def _set_charges(piece, edge, row, shaped, lifted, room):
         room[ROUND, k], room[COSINE, k], room[SINE, k] = (
             math.sqrt(x * x + y * y), cosine(third), sine(third)
         )  # fmt: skip
-        room[WEIGHT, k] = rounded(x, y, edge[4], row[RADIUS])[0]
+        room[WEIGHT, k] = share * rounded(x, y, edge[4], row[RADIUS])[0]
+    for k in range(count, padded(count)):
+        for i in range(WEIGHT + 1):
+            room[i, k] = room[i, 0] if i != 3 else 0.0
     return count
 
 
 @subroutine
 def _add_pair(piece, edge, pair, lifted, sign, room, wanted):
     """Add the wrenches of two magnets at their true or lifted places, or return the energy."""
-    sources, results = memory.from_column(room, MOST), memory.from_column(room, 2 * MOST)
-    energy, (row, other, same, shaped) = 0.0, pair
-    for turn in range(1 if same or wanted else 2):
-        target, source = (other, row) if turn == 0 else (row, other)
-        count = _set_charges(piece, edge, source, shaped, lifted, room)
-        for i in range(WEIGHT + 1):
-            for k in range(count):
-                sources[i, k] = room[i, k]
-        number = _set_charges(piece, edge, target, shaped, lifted, room) if count > 0 else 0
-        share = 0.5 if same else float(turn)
-        soft = max(SOFT * max(row[RADIUS], other[RADIUS]), TINY * edge[4])
-        _set_results(edge, room, sources, results, number, count, share, soft * soft)
-        part = piece[SUSCEPTIBILITY] / (piece[SUSCEPTIBILITY] + 2.0)
-        part *= 1.0 / (4.0 * math.pi * VACUUM_PERMEABILITY)
-        if turn == 0:
-            for k in range(number):
-                energy += (0.5 if same else 1.0) * part * room[3, k] * results[4, k]
-        if not wanted:
-            _add_forces(piece, edge, target, lifted, sign * part, room, results, number)
+    row, other, same, shaped = pair
+    share, second = 0.5 if same else 1.0, room
+    count = number = _set_charges(piece, edge, row, shaped, lifted, share, room)
+    if not same and count > 0:
+        second = memory.from_column(room, MOST)
+        number = _set_charges(piece, edge, other, shaped, lifted, 0.0, second)
+    if number == 0:
+        return 0.0
+    results = memory.from_column(room, 2 * MOST)
+    soft = max(SOFT * max(row[RADIUS], other[RADIUS]), TINY * edge[4])
+    _set_results(edge, room, count, second, number, same, soft * soft, results)
+    strength = piece[SUSCEPTIBILITY] / (piece[SUSCEPTIBILITY] + 2.0)
+    part = strength * math.sqrt(strength) / (4.0 * math.pi * VACUUM_PERMEABILITY)
+    energy = 0.0
+    for k in range(count):
+        energy += share * part * room[3, k] * results[0, k]
+    if not wanted:
+        sign *= part
+        _add_forces(piece, edge, row, lifted, sign, (room, count, share, 0), results)
+        if not same:
+            _add_forces(piece, edge, other, lifted, sign, (second, number, 0.0, 5), results)
     return energy
 
 
 @subroutine
-def _set_results(edge, room, sources, results, number, count, share, soft):
-    """Write the potentials of sources at targets, and derivatives, to rows 4 and 5 to 8.
+def _set_results(edge, one, count, two, number, same, soft, results):
+    """Write the potentials at charges, and the derivatives, to rows 0 to 4, and 5 to 9.
 
-    `share` is that of the targets' weights.
+    The first five are those at the charges of one magnet in the field of another: the potential,
+    its derivatives by the distance, the angle and the place along the edge, and by the weight. The
+    others are those of the other magnet, unless it is the same.
     """
-    prefer_wide_vectors()
-    along, tiny = room[edge[2]], (TINY * edge[4]) ** 2
-    distance, a, b, weight = room[ROUND], room[COSINE], room[SINE], room[WEIGHT]
-    phi, by_r, by_angle = results[4], results[5], results[6]
-    by_along, by_weight = results[7], results[8]
-    for k in range(number):
-        phi[k] = by_r[k] = by_angle[k] = by_along[k] = by_weight[k] = 0.0
+    first, tiny = 0 if same else 5, (TINY * edge[4]) ** 2
+    for i in range(10):
+        for k in range(max(padded(count), padded(number))):
+            results[i, k] = 0.0
     for i in range(count):
-        charge, place, w = sources[3, i], sources[edge[2], i], (1.0 - share) * sources[WEIGHT, i]
-        r, c, s = sources[ROUND, i], sources[COSINE, i], sources[SINE, i]
-        for k in range(number):
-            target, total = (distance[k], a[k], b[k]), w + share * weight[k]
-            v, p, q, t, u = induced(target, (r, c, s), along[k] - place, total, tiny, soft)
-            phi[k] += charge * v
-            by_r[k] += charge * p
-            by_angle[k] += charge * q
-            by_along[k] += charge * t
-            by_weight[k] += charge * share * u
+        charge, along, weight = one[3, i], one[edge[2], i], one[WEIGHT, i]
+        source = one[ROUND, i], one[COSINE, i], one[SINE, i]
+        phi = by_distance = by_angle = by_along = by_weight = broadcast(0.0)
+        # A magnet's own pairs count once.
+        begin = i // COUNT * COUNT if same else 0
+        for k in range(begin, number, COUNT):
+            target = load(two, ROUND, k), load(two, COSINE, k), load(two, SINE, k)
+            apart, weights = load(two, edge[2], k) - along, load(two, WEIGHT, k) + weight
+            value, by_r, by_s, by_difference, by_sum, slope, image = induced(
+                target, source, apart, weights, tiny, soft
+            )
+            this, that = broadcast(charge), load(two, 3, k)
+            if same and k == begin:
+                lanes, itself, half = lane_numbers(), broadcast(float(i - k)), broadcast(0.5)
+                whole = where_equal(lanes, itself, half, broadcast(1.0))
+                whole = where_less(lanes, itself, broadcast(0.0), whole)
+                this, that = whole * this, whole * that
+            phi, by_distance = phi + that * value, by_distance + that * by_s
+            by_angle, by_along = by_angle + that * (by_sum - by_difference), by_along - that * slope
+            by_weight = by_weight + that * image
+            _add_to(results, first, k, this * value)
+            _add_to(results, first + 1, k, this * by_r)
+            _add_to(results, first + 2, k, this * (by_sum + by_difference))
+            _add_to(results, first + 3, k, this * slope)
+            _add_to(results, first + 4, k, this * image)
+        results[0, i] += total(phi)
+        results[1, i] += total(by_distance)
+        results[2, i] += total(by_angle)
+        results[3, i] += total(by_along)
+        results[4, i] += total(by_weight)
+
+
+@subroutine(forceinline=True)
+def _add_to(results, row, k, eight):
+    """Add eight numbers to those of a row."""
+    store(results, row, k, load(results, row, k) + eight)
 
 
 @subroutine
-def _add_forces(piece, edge, row, lifted, sign, room, results, count):
-    """Add the wrench on a magnet, given the derivatives at its charges."""
+def _add_forces(piece, edge, row, lifted, sign, charges, results):
+    """Add the wrench on a magnet, given the derivatives at its charges.
+
+    The charges are an array and their number; the share of their weights; and the first row of
+    results.
+    """
+    room, count, share, first = charges
     x, y, z = center_on_piece(piece, row)
     x, y, z = x + lifted * row[LIFT], y + lifted * row[LIFT + 1], z + lifted * row[LIFT + 2]
     fx = fy = fz = tx = ty = tz = 0.0
@@ -259,18 +309,20 @@ def _add_forces(piece, edge, row, lifted, sign, room, results, count):
         place = room[0, k], room[1, k], room[2, k]
         u, v, slope = _moved(edge, place, row[RADIUS])
         _, wu, wv = rounded(u, v, edge[4], row[RADIUS])
-        inverse = 1.0 / room[ROUND, k]
-        by_r, by_angle = inverse * results[5, k], inverse * inverse * results[6, k]
-        gu = by_r * u + by_angle * v + results[8, k] * wu
-        gv = by_r * v - by_angle * u + results[8, k] * wv
+        inverse, by_weight = 1.0 / room[ROUND, k], share * results[first + 4, k]
+        by_r = inverse * results[first + 1, k]
+        by_angle = inverse * inverse * results[first + 2, k]
+        gu = by_r * u + by_angle * v + by_weight * wu
+        gv = by_r * v - by_angle * u + by_weight * wv
         both = slope * (gu + gv)
         u, v = _from_edge(edge, place)
-        charge, fade, square = -room[3, k], -room[FADE, k] * results[4, k], u * u + v * v
+        charge, square = -room[3, k], u * u + v * v
+        fade = -room[FADE, k] * results[first, k]
         # The sine of the angle from the nearer face varies across the direction from the edge.
         fade *= (v if u >= v else -u) / (square * math.sqrt(square)) if fade != 0.0 else 0.0
         gx, gy, gz = _along_axes(
             edge, charge * (gu + both * u) + fade * v, charge * (gv + both * v) - fade * u,
-            charge * results[7, k],
+            charge * results[first + 3, k],
         )  # fmt: skip
         a, b, c = place[0] - x, place[1] - y, place[2] - z
         fx, fy, fz = fx + gx, fy + gy, fz + gz

@@ -20,9 +20,12 @@ A dipole is two opposite charges near each other, and so is a magnet that is far
 import math
 
 from magmotor.mjcf.forces.charges import PLACES, set_charges, set_dipole
-from magmotor.mjcf.forces.edges import add_edges
+from magmotor.mjcf.forces.edges import LEVEL, add_edges
 from magmotor.mjcf.forces.faces import (
     AXIS,
+    CENTER,
+    FREE,
+    HALF,
     HEIGHT,
     SEAM,
     SIDE,
@@ -219,7 +222,11 @@ def _set_charges(piece, faces, row, other, same, lifted, shaped, room):
         x, y, z, axis = piece[POSITION], piece[POSITION + 1], piece[POSITION + 2], int(one[0, AXIS])
         height = 0.5 * lifted * one[0, SIDE] * (row[LIFT + axis] + other[LIFT + axis])
         height = one[0, HEIGHT] - height + nx * x + ny * y + nz * z
-        count = set_charges(room, row, order_of_charges(row, other, (1.0, nx, ny, nz, height)))
+        level = order_of_charges(row, other, (1.0, nx, ny, nz, height))
+        place = center_on_piece(piece, row)
+        if _is_near_edge(one, place, row[RADIUS]) or _is_near_edge(two, place, row[RADIUS]):
+            level = LEVEL
+        count = set_charges(room, row, level)
     else:
         count = set_dipole(room, dipole_of(row), APART * distance_of_nodes(one))
     reflection = _reflection(faces)
@@ -233,6 +240,24 @@ def _set_charges(piece, faces, row, other, same, lifted, shaped, room):
             x, y, z = in_frame(other, x, y, z)
         room[0, k], room[1, k], room[2, k], room[3, k] = x, y, z, factor * room[3, k]
     return count
+
+
+@subroutine
+def _is_near_edge(face, place, radius):
+    """Whether weights of a magnet's charges vary at a free edge of a face, or beyond it."""
+    axis, near = int(face[0, AXIS]), False
+    size = radius + abs(height_above(face, place))
+    for k in range(len(face)):
+        for number in range(4 if face[k, HALF + 1] > 0.0 else 0):
+            along, sign = number // 2, 2.0 * (number % 2) - 1.0
+            beyond = sign * (place[(axis + 1 + along) % 3] - face[k, CENTER + along])
+            free = face[k, FREE + number] != 0.0
+            near = near or (free and beyond - face[k, HALF + along] > -size)
+        if face[k, HALF + 1] == 0.0 and face[k, FREE] != 0.0:
+            b = place[(axis + 1) % 3] - face[k, CENTER]
+            c = place[(axis + 2) % 3] - face[k, CENTER + 1]
+            near = near or math.sqrt(b * b + c * c) - face[k, HALF] > -size
+    return near
 
 
 @subroutine

@@ -44,6 +44,9 @@ magnet, whose charges are points."""
 CLOSED = 1e-6
 """How far the ends of two faces may be apart where they meet, over the distance of nodes."""
 
+NOT_FREE = 0.0, 0.0
+"""A height, and how far edges are rounded, with which no edge counts as free."""
+
 WEDGE = 0.563
 """Number in the weight at an edge, by which charges near a wedge of 90 degrees have the energy of
 the exact solution to 4 %."""
@@ -155,14 +158,13 @@ def weight_on(face, place, radius):
     """
     distance, height = distance_of_nodes(face), max(height_above(face, place), 0.0)
     blunt = BLUNT * distance + ROUND * radius
-    root = math.sqrt(height * height + blunt * blunt)
-    weight = by_one = by_two = by_root = 0.0
+    weight = by_one = by_two = by_height = 0.0
     for k in range(len(face)):
-        u, du, dv, dh = _window(face[k], place, SEAM * distance, root)
-        weight, by_one, by_two, by_root = weight + u, by_one + du, by_two + dv, by_root + dh
+        u, du, dv, dh = _window(face[k], place, SEAM * distance, (height, blunt))
+        weight, by_one, by_two, by_height = weight + u, by_one + du, by_two + dv, by_height + dh
     above, slope = in_front(face, place)
     axis = int(face[0, AXIS])
-    along = weight * slope + above * by_root * face[0, SIDE] * height / root
+    along = weight * slope + above * by_height * face[0, SIDE]
     by_one, by_two = above * by_one, above * by_two
     return (
         above * weight, component(axis, 0, along, by_one, by_two),
@@ -182,7 +184,7 @@ def cover(face, one, two, width):
         component(axis, 2, 0.0, one, two),
     )  # fmt: skip
     for k in range(len(face)):
-        u, du, dv, _ = _window(face[k], place, width, 0.0)
+        u, du, dv, _ = _window(face[k], place, width, NOT_FREE)
         total, by_one, by_two = total + u, by_one + du, by_two + dv
     return total, by_one, by_two
 
@@ -191,7 +193,7 @@ def cover(face, one, two, width):
 def _window(rectangle, place, width, height):
     """Return a weight over a rectangle, its derivatives along the next axes, and by the height.
 
-    Without a height, no edge counts as free.
+    The height is above the face, and how far edges are rounded, or `NOT_FREE`.
     """
     axis = int(rectangle[AXIS])
     b, c = place[(axis + 1) % 3], place[(axis + 2) % 3]
@@ -223,30 +225,34 @@ def window(rectangle, along, place, width, height):
 @subroutine
 def rounded(beyond, above, distance, radius):
     """Return the weight of a charge at one free edge, and its derivatives; see `weight_on`."""
-    above, blunt = max(above, 0.0), BLUNT * distance + ROUND * radius
-    root = math.sqrt(above * above + blunt * blunt)
-    weight, by_beyond, by_root = _inside(beyond, 1.0, 1.0, root)
-    return weight, by_beyond, by_root * above / root
+    height = max(above, 0.0), BLUNT * distance + ROUND * radius
+    return _inside(beyond, 1.0, 1.0, height)
 
 
 @subroutine
 def _inside(beyond, free, width, height):
     """Return a weight that falls beyond an edge, and the derivatives by that and by the height.
 
-    At a free edge, it depends on the angle; at others, or without a height, the weights on both
-    sides have the sum 1.
+    At a free edge, it depends on the angle; at others, or if no edge counts as free, the weights on
+    both sides have the sum 1. The height comes with how far the edge is rounded, which matters less
+    beyond it, where there is no iron below.
     """
-    if free == 0.0 or height == 0.0:
+    above, blunt = height
+    if free == 0.0 or blunt == 0.0:
         inside, slope = step(0.5 - beyond / width)
         return inside, -slope / width, 0.0
-    square = beyond * beyond + height * height
+    ratio = max(beyond, 0.0) / blunt
+    less = 1.0 / (1.0 + ratio * ratio)
+    across = above * above + blunt * blunt * less * less
+    square = beyond * beyond + across
     root = math.sqrt(square)
     x = 0.5 + 0.5 * beyond / root
     cube = x * x * x
     more = 1.0 - WEDGE * x * cube
     slope = -3.0 * x * x * more - 4.0 * WEDGE * cube * (1.0 - cube)
-    slope *= 0.5 * height / (square * root)
-    return (1.0 - cube) * more, slope * height, -slope * beyond
+    slope *= 0.5 / (square * root)
+    by_beyond = across + 2.0 * beyond * blunt * ratio * less * less * less
+    return (1.0 - cube) * more, slope * by_beyond, -slope * beyond * above
 
 
 @subroutine

@@ -35,15 +35,31 @@ class _Model(models.PrimitiveModel):
 
 
 def _define_operator(operation: Callable, instruction: str) -> None:
-    """Compile a Python operator on two Eights as an LLVM instruction."""
+    """Compile a Python operator on two Eights, or one and a number, as an LLVM instruction."""
 
     @infer_global(operation)  # pyright: ignore[reportOptionalCall]
     class _Typing(ConcreteTemplate):
-        cases = [signature(EIGHT, EIGHT, EIGHT)]  # noqa: RUF012
+        cases = [  # noqa: RUF012
+            signature(EIGHT, EIGHT, EIGHT),
+            signature(EIGHT, EIGHT, types.float64),
+            signature(EIGHT, types.float64, EIGHT),
+        ]
 
-    @lower_builtin(operation, EIGHT, EIGHT)
-    def _lower(context, builder, signature, args):
-        return getattr(builder, instruction)(*args)
+    def lower(context, builder, signature, args):
+        eights = [
+            value if kind is EIGHT else _broadcast(builder, value)
+            for kind, value in zip(signature.args, args, strict=True)
+        ]
+        return getattr(builder, instruction)(*eights)
+
+    for case in _Typing.cases:
+        lower_builtin(operation, *case.args)(lower)
+
+
+def _broadcast(builder, number):
+    """Return a vector whose elements all equal a number."""
+    first = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), number, _WORD(0))
+    return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(_WORD, COUNT), None))
 
 
 for _operation, _instruction in (
@@ -76,13 +92,14 @@ def fused(typingctx, a, b, c):
 
 
 @intrinsic
-def square_root(typingctx, eight):
-    """Return the square root of each element."""
+def square_root(typingctx, a):
+    """Return the square root of a double, or of each element of an Eight."""
+    kind = EIGHT if a is EIGHT else types.float64
 
     def codegen(context, builder, signature, args):
         return _call(builder, "sqrt", args)
 
-    return EIGHT(EIGHT), codegen
+    return kind(kind), codegen
 
 
 @intrinsic
@@ -100,8 +117,7 @@ def broadcast(typingctx, number):
     """Return an Eight whose elements all equal a number."""
 
     def codegen(context, builder, signature, args):
-        first = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), args[0], _WORD(0))
-        return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(_WORD, COUNT), None))
+        return _broadcast(builder, args[0])
 
     return EIGHT(types.float64), codegen
 

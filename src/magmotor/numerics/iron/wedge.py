@@ -19,6 +19,7 @@ for all angles and v, whose error is 0.015 where 1/S counts 0.5 to infinity.
 import math
 
 from magmotor.numerics.deferred import subroutine
+from magmotor.numerics.simd import square_root
 
 _A, _B, _C, _D = -0.02866, 0.02750, 0.04818, -0.10178
 """p(u, w) = A u + B u w + C u^2 + D u^2 w."""
@@ -27,6 +28,8 @@ _A, _B, _C, _D = -0.02866, 0.02750, 0.04818, -0.10178
 @subroutine(forceinline=True)
 def induced(target, source, along, weight, tiny, soft):
     """Return what a charge of 4 pi induces, at a target, and that of its image; see below.
+
+    All but `tiny` and `soft` may be vectors of eight.
 
     Parameters
     ----------
@@ -42,41 +45,49 @@ def induced(target, source, along, weight, tiny, soft):
     Returns
     -------
     tuple of float
-        G - 1/R + weight/R'; the derivatives of that by r, theta and z of the target; and 1/R'.
+        G - 1/R + weight/R'; the derivatives of that by r, r', theta - theta', theta + theta' and
+        z - z'; and 1/R'.
     """
     (r, a, b), (s, u, v) = target, source
-    product, square = r * s, along * along + tiny
-    less, more = (r - s) * (r - s) + square, (r + s) * (r + s) + square
+    product, less, more = r * s, r - s, r + s
+    square, twice = along * along + tiny, 2.0 * product
     c, d, p, q = a * u + b * v, b * u - a * v, a * u - b * v, b * u + a * v
-    # 1/S - 1/R of the charge itself, without cancellation, and its image at the angle sum.
     gap, ends = 0.5 * ((a - u) * (a - u) + (b - v) * (b - v)), 1.0 + 2.0 * c
     turn, round_ = gap * ends * ends, (1.0 - p) * (1.0 + 2.0 * p) * (1.0 + 2.0 * p)
-    one = 1.0 / (less + 9.0 * product * d * d)
-    two = 1.0 / (less + 2.0 * product * turn)
-    three = 1.0 / (less + soft + 9.0 * product * q * q)
-    four = 1.0 / (less + soft + 2.0 * product * round_)
-    near, free = math.sqrt(one), math.sqrt(two)
-    far, image = math.sqrt(three), math.sqrt(four)
-    direct = -2.0 * product * gap * gap * (4.0 * c + 3.5) * one * two / (near + free)
-    one, two, three, four = one * near, two * free, three * far, weight * four * image
-    slope = -(r - s) * (one - two - three + four)
-    by_r = slope - s * (4.5 * (one * d * d - three * q * q) - two * turn + four * round_)
-    by_angle = product * (
-        3.0 * (three * q * p - one * d * c)
-        + two * d * (4.0 * c * c - 1.0)
-        - four * q * (4.0 * p * p - 1.0)
-    )
-    by_along = -along * (one - two - three + four)
+    # The distances S and R of the charge itself, and S and R' of its image at the angle sum; and T.
+    close = less * less + square
+    softer = close + soft
+    near, free = square_root(close + 9.0 * product * d * d), square_root(close + twice * turn)
+    far, image = square_root(softer + 9.0 * product * q * q), square_root(softer + twice * round_)
+    large, ahead = square_root(more * more + square), near + free
+    # Their inverses, by one division.
+    one, two, three = near * free, far * image, large * ahead
+    inverse = 1.0 / (one * two * three)
+    one, two, three = inverse * two * three, inverse * one * three, inverse * one * two
+    # 1/R - 1/S without cancellation.
+    direct = twice * gap * gap * (4.0 * c + 3.5) * one * three * large
+    near, free, far, image, large = one * free, one * near, two * image, two * far, three * ahead
+    one, two, three = near * near * near, free * free * free, far * far * far
+    four = weight * image * image * image
+    force = two + three - one - four
+    swing = 4.5 * (one * d * d - three * q * q) - two * turn + four * round_
     # The smooth rest.
-    inverse = 1.0 / more
-    scale, part = math.sqrt(2.0 * inverse), 4.0 * product * inverse
-    x, y = c * c, p * p
-    first, second = x - y, x * x - y * y
+    scale = math.sqrt(2.0) * large
+    inverse, x, y = large * large, c * c, p * p
+    part, first, second = 4.0 * product * inverse, x - y, x * x - y * y
     by_part = _B * first + _D * second
     rest = scale * (_A * first + _C * second + part * by_part)
     lower = inverse * (rest + 2.0 * scale * part * by_part)
-    by_r += 4.0 * s * inverse * scale * by_part - (r + s) * lower
-    by_along -= along * lower
-    one, two = _A + part * _B, 2.0 * (_C + part * _D)
-    by_angle -= 2.0 / 3.0 * scale * (c * d * (one + two * x) - p * q * (one + two * y))
-    return direct - far + weight * image + rest, by_r, by_angle, by_along, image
+    swing = swing - 4.0 * inverse * scale * by_part
+    linear, square, scale = _A + part * _B, 2.0 * (_C + part * _D), 2.0 / 3.0 * scale
+    by_difference = product * (two * (4.0 * x - 1.0) - 3.0 * one * c)
+    by_sum = product * (3.0 * three * p - four * (4.0 * y - 1.0))
+    return (
+        rest - direct - far + weight * image,
+        less * force - s * swing - more * lower,
+        -1.0 * less * force - r * swing - more * lower,
+        d * (by_difference - scale * c * (linear + square * x)),
+        q * (by_sum + scale * p * (linear + square * y)),
+        along * (force - lower),
+        image,
+    )
