@@ -203,7 +203,7 @@ def test_a_charge_near_a_wedge():
         exact = _green(angle - other, cosine) - _green(angle + other, cosine)
         exact = exact / math.sqrt(2 * r * s) - free
         bound = 0.03 / math.sqrt(r * s)  # 0.0053
-        assert at(*place, 0.0)[0] == pytest.approx(exact, abs=bound)
+        assert at(*place, weight=0.0)[0] == pytest.approx(exact, abs=bound)
 
 
 def _green(psi, cosine):
