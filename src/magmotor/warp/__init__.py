@@ -1,0 +1,24 @@
+"""Magnets and noise in MuJoCo Warp, which `pip install "magmotor[warp]"` installs.
+
+`put_model` takes the place of `mujoco_warp.put_model`; everything else is as always:
+
+    import magmotor.warp
+    import mujoco_warp
+
+    m = magmotor.warp.put_model(model)
+    d = mujoco_warp.put_data(model, data, nworld=1024)
+    mujoco_warp.step(m, d)
+"""
+
+from magmotor.common.optional import extra
+
+with extra("warp"):
+    import mujoco_warp as mujoco_warp  # pyright: ignore[reportMissingImports]
+    import warp as warp  # pyright: ignore[reportMissingImports]
+
+from magmotor.warp.fields import Field as Field
+from magmotor.warp.magnets import Magnets as Magnets
+from magmotor.warp.noise import Noise as Noise
+from magmotor.warp.put_model import put_model as put_model
+
+__all__ = ["Field", "Magnets", "Noise", "put_model"]
