@@ -80,9 +80,7 @@ def _tabulated(numbers: wp.array2d[float], row: int, x: wp.vec3):
             along_x += du[a] * v[b] * value
             along_y += u[a] * dv[b] * value
             along_z += u[a] * v[b] * slope
-    gradient = wp.matrix_from_cols(
-        along_x / spacing[0], along_y / spacing[1], along_z / spacing[2]
-    )
+    gradient = wp.matrix_from_cols(along_x / spacing[0], along_y / spacing[1], along_z / spacing[2])
     return flux, gradient
 
 

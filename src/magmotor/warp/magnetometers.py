@@ -16,9 +16,7 @@ wp.set_module_options({"enable_backward": False})
 
 
 @wp.func
-def _add(
-    world: int, address: int, frame: wp.mat33, flux: wp.vec3, sensordata: wp.array2d[float]
-):
+def _add(world: int, address: int, frame: wp.mat33, flux: wp.vec3, sensordata: wp.array2d[float]):
     along = wp.transpose(frame) * flux
     for axis in range(3):
         sensordata[world, address + axis] += along[axis]
@@ -79,9 +77,7 @@ def _measure_field(
 
 
 @wp.kernel
-def _cut_off(
-    address: wp.array[int], cutoff: wp.array[float], sensordata: wp.array2d[float]
-):
+def _cut_off(address: wp.array[int], cutoff: wp.array[float], sensordata: wp.array2d[float]):
     world, k, axis = wp.tid()
     value = sensordata[world, address[k] + axis]
     if cutoff[k] > 0.0 and wp.abs(value) > cutoff[k]:
@@ -95,7 +91,8 @@ class Magnetometers:
         cutoff = np.array([model.sensor_cutoff[row.sensor] for row in rows])
         self.count = len(rows)
         self._site, self._address = (
-            wp.array([getattr(row, name) for row in rows], dtype=int) for name in ("site", "address")
+            wp.array([getattr(row, name) for row in rows], dtype=int)
+            for name in ("site", "address")
         )
         self._cutoff = wp.array(cutoff, dtype=float)
 

@@ -67,7 +67,7 @@ class Magnets:
 
     def __init__(self, model: mujoco.MjModel, kinds: int, path: BrownianPath):
         permeability = PERMEABILITY_OVER_4PI * _scale(model) ** 2
-        self._dipoles = dipoles = Dipoles(model, kinds, permeability)
+        self._dipoles = Dipoles(model, kinds, permeability)
         coils = [*declared.rows(model, table.COILS)] if kinds & COILS else []
         fields = [*declared.rows(model, table.FIELDS)] if kinds & FIELDS else []
         driven = [row for row in fields if row.actuator >= 0]
@@ -93,7 +93,7 @@ class Magnets:
         dipoles, reacting = self._dipoles, [f for f in self.fields.values() if f.reacts]
         owners = [f.owner for f in reacting]
         driven = self.noise.bodies if self.noise else []
-        bodies = Bodies(model, np.concatenate([dipoles.owner, owners, driven]).astype(np.int32))
+        bodies = Bodies(model, np.concatenate([dipoles.owner, owners, driven]).astype(np.int64))
         ends = np.cumsum([len(dipoles.owner), len(owners)])
         of_dipoles, of_fields, of_noise = np.split(bodies.place, ends)
         dipoles.slot = wp.array(of_dipoles, dtype=int)
@@ -172,12 +172,12 @@ class Magnets:
         drive = wp.zeros((d.nworld, self._drives.count), dtype=float)
         wrench = wp.zeros((d.nworld, self._bodies.place.size), dtype=wp.spatial_vector)
         time = wp.full(d.nworld, np.nan, dtype=float)
-        d.magmotor = Room(
-            place, moment, drive, wrench, time, wp.zeros(d.nworld, dtype=wp.int64)
-        )
+        d.magmotor = Room(place, moment, drive, wrench, time, wp.zeros(d.nworld, dtype=wp.int64))
 
 
 def _scale(model: mujoco.MjModel) -> float:
     """Return the factor of moments that makes mu0 that of SI."""
     constant = declared.header(model).constant
-    return scale_of(model.numeric_data[model.numeric_adr[constant]]) if constant >= 0 else 1.0
+    if constant < 0:
+        return 1.0
+    return scale_of(float(model.numeric_data[model.numeric_adr[constant]]))

@@ -92,7 +92,7 @@ class Noise:
 
     def __init__(self, model: mujoco.MjModel, path: BrownianPath):
         rows = model.body_user[:, : model.nuser_body // 6 * 6].reshape(model.nbody, -1, 6)
-        acts = rows.any(axis=2)
+        acts = np.any(rows, axis=2)
         self.bodies = np.flatnonzero(acts.any(axis=1)).astype(np.int32)
         first = np.concatenate([[0], np.cumsum(acts[self.bodies].sum(axis=1))])
         self._first = wp.array(first, dtype=int)

@@ -29,9 +29,7 @@ WITHOUT_MEANING = ("midphase", "autoreset")
 
 
 @checked
-def put_model(
-    model: mujoco.MjModel, path: BrownianPath | None = None, **options: Any
-) -> Any:
+def put_model(model: mujoco.MjModel, path: BrownianPath | None = None, **options: Any) -> Any:
     """Create a model of MuJoCo Warp on which the magnets, noise and potentials of a model act.
 
     It takes the place of `mujoco_warp.put_model`. What acts is what `magmotor.magnetism` describes,

@@ -7,8 +7,8 @@ import math
 
 import warp as wp  # pyright: ignore[reportMissingImports]
 
-from magmotor.noise import HELD as LEVEL_OF_HELD
 from magmotor.noise import _PARITY as THREEFRY_PARITY
+from magmotor.noise import HELD as LEVEL_OF_HELD
 
 wp.set_module_options({"enable_backward": False})
 
