@@ -16,6 +16,7 @@ from magmotor.mjcf.declarations import table
 from magmotor.mjcf.declarations.marks import COILS, COUPLINGS, DIPOLES
 from magmotor.warp.bodies import wrench_on_dipole
 from magmotor.warp.drives import drive_in
+from magmotor.warp.per_world import PerWorld
 
 wp.set_module_options({"enable_backward": False})
 
@@ -106,6 +107,7 @@ class Dipoles:
     Attributes
     ----------
     sites : ndarray of int, shape (n,)
+        Those of the model with a moment.
     owner : ndarray of int, shape (targets,)
         The bodies of the dipoles that can move.
     weld : wp.array, shape (n,)
@@ -114,11 +116,11 @@ class Dipoles:
         Which of the dipoles can move.
     slot : wp.array, shape (targets,)
         The places of the wrenches on them.
-    strength : wp.array, shape (1 or nworld, n)
-        Their moments.
+    moments : wp.array, shape (1 or nworld, n)
+        Their moments in A m^2, which may be set; those of coils are multiplied by their drives.
     """
 
-    slot: Any
+    moments, slot = PerWorld(), None
 
     def __init__(self, model: mujoco.MjModel, kinds: int, permeability: float):
         rows = declared.rows(model, table.MAGNETS) if kinds & DIPOLES else []
@@ -134,7 +136,7 @@ class Dipoles:
         self.owner, self.permeability = owner[moves], permeability
         self.target = wp.array(np.array(moves, np.int32), dtype=int)
         self.weld = wp.array(weld, dtype=int)
-        self.strength = wp.array(moments[self.sites][None], dtype=float, ndim=2)
+        self.moments = wp.array(moments[self.sites][None], dtype=float, ndim=2)
         self._site, self._magnet, self._coil = (
             wp.array(column, dtype=int) for column in (self.sites, magnet, coil)
         )
@@ -147,7 +149,7 @@ class Dipoles:
         wp.launch(
             _gather,
             dim=room.place.shape,
-            inputs=[self._site, self._coil, self.strength, room.drive, d.site_xpos, d.site_xmat],
+            inputs=[self._site, self._coil, self.moments, room.drive, d.site_xpos, d.site_xmat],
             outputs=[room.place, room.moment],
         )
 

@@ -13,6 +13,7 @@ from magmotor.warp.bodies import wrench_on_dipole
 from magmotor.warp.dipoles import Dipoles
 from magmotor.warp.drives import drive_in
 from magmotor.warp.field_values import flux_and_gradient
+from magmotor.warp.per_world import PerWorld
 
 wp.set_module_options({"enable_backward": False})
 
@@ -103,7 +104,7 @@ class Field:
     name : str
         The name of its numeric.
     numbers : wp.array, shape (1 or nworld, numbers)
-        Those of the numeric, of which there must be as many in all worlds.
+        Those of the numeric, which may be set.
     owner : int
         The body to which it is fixed.
     reacts : bool
@@ -112,7 +113,7 @@ class Field:
         The place of the reaction.
     """
 
-    slot = -1
+    numbers, slot = PerWorld(), -1
 
     def __init__(self, model: mujoco.MjModel, row: Any, driven: int):
         first, size = model.numeric_adr[row.numeric], model.numeric_size[row.numeric]

@@ -22,6 +22,8 @@ from magmotor.warp.mirrors import Mirror
 from magmotor.warp.noise import Noise
 from magmotor.warp.potentials import Potentials
 
+UNPREPARED = "magmotor must allocate: step d once, or call m.magmotor.prepare(d), before a capture"
+
 
 @dataclass
 class Room:
@@ -29,9 +31,10 @@ class Room:
 
     `place` and `moment` (nworld, dipoles) are those of the dipoles, `drive` (nworld, drives) those
     of coils and fields, `wrench` (nworld, places) those on bodies, and `time` and `step` (nworld,)
-    are of the last step with noise.
+    are of the last step with noise. `owner` are the magnets for which the room was made.
     """
 
+    owner: Any
     place: Any
     moment: Any
     drive: Any
@@ -43,8 +46,8 @@ class Room:
 class Magnets:
     """The magnets, noise and potentials of a model: `m.magmotor`, if `put_model` has made `m`.
 
-    Arrays with `nworld` rows in place of one make worlds differ. The worlds take the rows in turn,
-    as those of the arrays of a `mujoco_warp.Model`.
+    Some arrays may be set, and may have a row for each world: `dipoles.moments`,
+    `fields["NAME"].numbers`, `noise.rows`, `noise.paths` and `potentials.waves`.
 
     Parameters
     ----------
@@ -55,19 +58,16 @@ class Magnets:
 
     Attributes
     ----------
-    sites : ndarray of int, shape (n,)
-        The sites that are dipoles.
+    dipoles : Dipoles
     fields : dict of str to Field
-        Applied fields by the names of their numerics; each has `numbers`, shape (1 or nworld, k).
+        Applied fields by the names of their numerics.
     noise : Noise or None
-        Its `rows` and `paths` may differ between worlds.
     potentials : Potentials or None
-        Its `waves` may differ between worlds.
     """
 
     def __init__(self, model: mujoco.MjModel, kinds: int, path: BrownianPath):
         permeability = PERMEABILITY_OVER_4PI * _scale(model) ** 2
-        self._dipoles = Dipoles(model, kinds, permeability)
+        self.dipoles = Dipoles(model, kinds, permeability)
         coils = [*declared.rows(model, table.COILS)] if kinds & COILS else []
         fields = [*declared.rows(model, table.FIELDS)] if kinds & FIELDS else []
         driven = [row for row in fields if row.actuator >= 0]
@@ -90,7 +90,7 @@ class Magnets:
 
     def _place_wrenches(self, model: mujoco.MjModel) -> Bodies:
         """Give a place to each wrench."""
-        dipoles, reacting = self._dipoles, [f for f in self.fields.values() if f.reacts]
+        dipoles, reacting = self.dipoles, [f for f in self.fields.values() if f.reacts]
         owners = [f.owner for f in reacting]
         driven = self.noise.bodies if self.noise else []
         bodies = Bodies(model, np.concatenate([dipoles.owner, owners, driven]).astype(np.int64))
@@ -104,20 +104,6 @@ class Magnets:
         return bodies
 
     @property
-    def sites(self) -> Any:
-        """The sites that are dipoles."""
-        return self._dipoles.sites
-
-    @property
-    def moments(self) -> Any:
-        """The moments in A m^2, a `wp.array` of shape (1 or nworld, n); may be set."""
-        return self._dipoles.strength
-
-    @moments.setter
-    def moments(self, moments: Any) -> None:
-        self._dipoles.strength = moments
-
-    @property
     def acts(self) -> bool:
         """Whether anything acts, or is measured."""
         return bool(self._bodies.place.size or self.potentials or self._magnetometers)
@@ -129,15 +115,15 @@ class Magnets:
 
     def add_forces(self, m: Any, d: Any) -> None:
         """Add all forces to `d.qfrc_passive`: the hook `m.callback.passive`."""
-        self._make_room(d)
+        self.prepare(d)
         if self._bodies.place.size:
             body = self._bodies.body
             self._gather(m, d)
-            self._dipoles.set_wrenches(d, body)
+            self.dipoles.set_wrenches(d, body)
             for field in self.fields.values():
-                field.add_wrenches(d, self._dipoles, body)
+                field.add_wrenches(d, self.dipoles, body)
             if self._mirror:
-                self._mirror.add_wrenches(d, self._dipoles, body)
+                self._mirror.add_wrenches(d, self.dipoles, body)
             if self.noise:
                 self.noise.set_wrenches(m, d)
             self._bodies.apply(m, d, d.magmotor.wrench)
@@ -150,29 +136,37 @@ class Magnets:
         As in C, they are written after the control callback, with its controls.
         """
         if self._magnetometers and stage == mujoco.mjtStage.mjSTAGE_ACC:
-            self._make_room(d)
+            self.prepare(d)
             self._gather(m, d)
-            self._magnetometers.measure(d, self._dipoles, self._mirror, self.fields)
+            self._magnetometers.measure(d, self.dipoles, self._mirror, self.fields)
 
     def _gather(self, m: Any, d: Any) -> None:
         """Write what dipoles and drives are now."""
         if self._drives.count:
             self._drives.read(m, d, d.magmotor.drive)
-        if len(self.sites):
-            self._dipoles.gather(d)
+        if len(self.dipoles.sites):
+            self.dipoles.gather(d)
 
-    def _make_room(self, d: Any) -> None:
-        """Make the arrays that belong to `d`, before its first step."""
-        if getattr(d, "magmotor", None) is not None:
+    def prepare(self, d: Any) -> None:
+        """Make the arrays that belong to `d`, which its first step does, too.
+
+        Raises
+        ------
+        RuntimeError
+            A graph is being captured, and there are none yet.
+        """
+        if getattr(getattr(d, "magmotor", None), "owner", None) is self:
             return
         if wp.get_device().is_capturing:
-            raise RuntimeError("step d once before you capture a graph: magmotor allocates then")
-        size = len(self.sites)
+            raise RuntimeError(UNPREPARED)
+        size = len(self.dipoles.sites)
         place, moment = (wp.zeros((d.nworld, size), dtype=wp.vec3) for _ in range(2))
         drive = wp.zeros((d.nworld, self._drives.count), dtype=float)
         wrench = wp.zeros((d.nworld, self._bodies.place.size), dtype=wp.spatial_vector)
         time = wp.full(d.nworld, np.nan, dtype=float)
-        d.magmotor = Room(place, moment, drive, wrench, time, wp.zeros(d.nworld, dtype=wp.int64))
+        d.magmotor = Room(
+            self, place, moment, drive, wrench, time, wp.zeros(d.nworld, dtype=wp.int64)
+        )
 
 
 def _scale(model: mujoco.MjModel) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp  # pyright: ignore[reportMissingImports]
 
 from magmotor.noise import BrownianPath
+from magmotor.warp.per_world import PerWorld
 from magmotor.warp.random_numbers import normal
 
 wp.set_module_options({"enable_backward": False})
@@ -88,7 +89,7 @@ class Noise:
         one row, it is that of world 0, and the replicas of the other worlds follow.
     """
 
-    slot: Any
+    rows, paths, slot = PerWorld(), PerWorld(), None
 
     def __init__(self, model: mujoco.MjModel, path: BrownianPath):
         rows = model.body_user[:, : model.nuser_body // 6 * 6].reshape(model.nbody, -1, 6)

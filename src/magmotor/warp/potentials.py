@@ -6,6 +6,8 @@ import mujoco
 import numpy as np
 import warp as wp  # pyright: ignore[reportMissingImports]
 
+from magmotor.warp.per_world import PerWorld
+
 wp.set_module_options({"enable_backward": False})
 
 
@@ -42,8 +44,10 @@ class Potentials:
     ----------
     joints : ndarray of int, shape (n,)
     waves : wp.array, shape (1 or nworld, n, numbers)
-        The coefficients a_1, b_1, a_2, b_2, ... of each joint.
+        The coefficients a_1, b_1, a_2, b_2, ... of each joint in J, which may be set.
     """
+
+    waves = PerWorld()
 
     def __init__(self, model: mujoco.MjModel):
         self.joints = np.flatnonzero(model.jnt_user.any(axis=1)).astype(np.int32)

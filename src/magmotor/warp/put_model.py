@@ -27,6 +27,12 @@ LEAST_IMPRATIO = 1e-10
 WITHOUT_MEANING = ("midphase", "autoreset")
 """Flags that MuJoCo Warp refuses, though it has nothing that they disable."""
 
+DAMPERS = (
+    "dof_damping", "dof_dampingpoly", "tendon_damping", "tendon_dampingpoly", "actuator_damping",
+    "actuator_dampingpoly", "ngravcomp", "flg_adhesion", "nflex",
+)  # fmt: skip
+"""What MuJoCo Warp skips while springs and dampers are disabled, besides springs."""
+
 
 @checked
 def put_model(model: mujoco.MjModel, path: BrownianPath | None = None, **options: Any) -> Any:
@@ -114,13 +120,24 @@ def _refusals(model: mujoco.MjModel, kinds: int) -> Iterator[str]:
             yield f"has no hysteresis, as that of {label(model, 'site', site)}: {IN_C}"
     if foreign_plugins(model):
         yield f"supports no plugins but its own: {IN_C}"
-    if disabled(model, "spring") and disabled(model, "damper"):
+    if _skips_hook(model) and _damps(model):
         yield (
-            "needs the flag spring or damper: MuJoCo Warp computes no passive forces while both are"
-            " disabled"
+            "needs the flag spring or damper: MuJoCo Warp computes no passive forces, among which"
+            " are those of magmotor, while both are disabled"
         )
     if model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_SLEEP:
         yield f"does not wake bodies that sleep: do not enable the flag sleep, or {IN_C}"
+
+
+def _skips_hook(model: mujoco.MjModel) -> bool:
+    """Whether MuJoCo Warp would not call the hook of passive forces."""
+    return disabled(model, "spring") and disabled(model, "damper")
+
+
+def _damps(model: mujoco.MjModel) -> bool:
+    """Whether a model has anything on which the flag damper has an effect."""
+    numbers = [getattr(model, name, 0.0) for name in DAMPERS]
+    return any(np.any(each) for each in (*numbers, model.opt.density, model.opt.viscosity))
 
 
 def _prepared(model: mujoco.MjModel) -> mujoco.MjModel:
@@ -138,5 +155,7 @@ def _prepared(model: mujoco.MjModel) -> mujoco.MjModel:
     for flag in WITHOUT_MEANING:
         bit = int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}", 0))
         prepared.opt.disableflags &= ~bit
+    if _skips_hook(model):  # and damps nothing, so that the flag means nothing else
+        prepared.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
     prepared.opt.impratio = np.maximum(prepared.opt.impratio, LEAST_IMPRATIO)
     return prepared
