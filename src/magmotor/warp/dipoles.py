@@ -52,9 +52,10 @@ def _gather(
     moment: wp.array2d[wp.vec3],
 ):
     world, i = wp.tid()
-    frame = site_xmat[world, site[i]]
+    k = site[i]
+    frame = site_xmat[world, k]
     axis = wp.vec3(frame[0, 2], frame[1, 2], frame[2, 2])
-    place[world, i] = site_xpos[world, site[i]]
+    place[world, i] = site_xpos[world, k]
     size = strength[world % strength.shape[0], i] * drive_in(drive, world, coil[i])
     moment[world, i] = size * axis
 
@@ -79,16 +80,16 @@ def _set_mutual_wrenches(
     a = moment[world, i]
     force = wp.vec3(0.0)
     flux = wp.vec3(0.0)
+    own = weld[i]
     for j in range(weld.shape[0]):
-        scale = float(1.0)
-        if weld[j] == weld[i]:
-            scale = 0.0
-        elif factor.shape[0] > 0:
-            scale = factor[magnet[i], magnet[j]]
-        if scale != 0.0:
-            f, b = force_and_flux(a, moment[world, j], x - place[world, j])
-            force += scale * f
-            flux += scale * b
+        if weld[j] != own:
+            scale = float(1.0)
+            if factor.shape[0] > 0:
+                scale = factor[magnet[i], magnet[j]]
+            if scale != 0.0:  # else they may coincide
+                f, b = force_and_flux(a, moment[world, j], x - place[world, j])
+                force += scale * f
+                flux += scale * b
     center = xipos[world, body[slot[k]]]
     wrench[world, slot[k]] = permeability * wrench_on_dipole(x, a, force, flux, center)
 
