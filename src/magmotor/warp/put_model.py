@@ -2,6 +2,7 @@
 
 import copy
 import ctypes
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,7 +11,7 @@ import mujoco_warp  # pyright: ignore[reportMissingImports]
 import numpy as np
 
 from magmotor.common.arguments import checked
-from magmotor.common.exceptions import InputError
+from magmotor.common.exceptions import ArgumentError, InputError
 from magmotor.mjcf import declared, layout
 from magmotor.mjcf.callbacks import acting_forces
 from magmotor.mjcf.declarations import table
@@ -87,6 +88,9 @@ def put_model(model: mujoco.MjModel, path: BrownianPath | None = None, **options
     kinds = acting_forces(model)
     for refused in _refusals(model, kinds):
         raise InputError(f"magmotor.warp {refused}")
+    if path and not math.isclose(path.timestep, timestep := model.opt.timestep):
+        sentence = f"must be {timestep:g} s, that of the model"
+        raise ArgumentError("timestep of path", path.timestep, sentence)
     magnets = Magnets(model, kinds, path or BrownianPath(0, model.opt.timestep))
     if not magnets.acts:
         raise InputError(
