@@ -21,6 +21,6 @@ from magmotor.warp.fields import Field as Field
 from magmotor.warp.magnets import Magnets as Magnets
 from magmotor.warp.noise import Noise as Noise
 from magmotor.warp.potentials import Potentials as Potentials
-from magmotor.warp.put_model import put_model as put_model
+from magmotor.warp.models import put_model as put_model
 
 __all__ = ["Dipoles", "Field", "Magnets", "Noise", "Potentials", "put_model"]

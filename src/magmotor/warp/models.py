@@ -74,16 +74,6 @@ def put_model(model: mujoco.MjModel, path: BrownianPath | None = None, **options
 
     MuJoCo Warp runs control callbacks after passive forces, so that coils follow such a control in
     the next step.
-
-    Examples
-    --------
-    >>> import magmotor.warp
-    >>> import mujoco
-    >>> import mujoco_warp
-    >>> model = mujoco.MjModel.from_xml_path("needle.xml")  # doctest: +SKIP
-    >>> m = magmotor.warp.put_model(model)  # doctest: +SKIP
-    >>> d = mujoco_warp.make_data(model, nworld=1024)  # doctest: +SKIP
-    >>> mujoco_warp.step(m, d)  # doctest: +SKIP
     """
     kinds = acting_forces(model)
     for refused in _refusals(model, kinds):
