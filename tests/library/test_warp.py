@@ -63,7 +63,7 @@ EVERYTHING = f"""
       <element objtype="actuator" objname="current" prm="0.5"/></tuple>
   </custom>
   <worldbody>
-    <geom name="floor" type="plane" size="1 1 1" pos="0 0 -0.6" euler="5 10 0"/>
+    <geom name="floor" type="plane" size="1 1 1" pos="0 0 -0.3" euler="5 10 0"/>
     <site name="fixed" pos="0 0 0.4" user="2"/>
     <site name="probe" pos="0.1 0.1 0.2" euler="20 30 40"/>
     <body name="frame" pos="0.5 0 0.2" mocap="true"><site pos="0 0.1 0" zaxis="1 1 0" user="1"/>
@@ -403,6 +403,26 @@ def test_worlds_may_have_other_numbers():
     assert largest_error(found, np.array(expected)) < 5e-6  # 1.1e-6
 
 
+def test_tables_are_interpolated_up_to_their_edges():
+    """Each world has a magnet elsewhere; the outermost cells are most of this table."""
+    table = mm.tabulated_field(lambda x: np.sin(2 * x[:, [1, 2, 0]]), [-1] * 3, [1] * 3, (4, 5, 6))
+    model = needles("dipoles fields", f"<custom>{table}</custom>", APART)
+    places = np.random.default_rng(3).uniform(-0.25, 0.25, (POSES, 3))
+    places = np.where(places > 0, 0.75 + places, -0.75 + places)
+    places[:4] = np.linspace([-1, -1, -1], [1, 1, 1], 4)  # with two corners, which count as inside
+    expected = []
+    d = mujoco_warp.make_data(model, nworld=POSES)
+    d.qpos.assign(np.array([[*place, 1, 0, 0, 0, 0] for place in places]))
+    for place in places:
+        data = mujoco.MjData(model)
+        data.qpos[:3] = place
+        mujoco.mj_forward(model, data)
+        expected.append(data.qfrc_passive)
+    mujoco_warp.forward(put_model(model), d)
+    print("TAB", largest_error(d.qfrc_passive.numpy(), np.array(expected)))
+    assert largest_error(d.qfrc_passive.numpy(), np.array(expected)) < 3e-6
+
+
 def test_numbers_of_another_shape_are_refused():
     magnets = put_model(compiled(EVERYTHING)).magmotor
     moments = magnets.dipoles.moments
@@ -458,6 +478,15 @@ def test_what_is_an_error_in_c_is_nan_in_that_world(act, more, world, height):
     data.qpos[:] = qpos[1]
     with pytest.raises(mujoco.FatalError):
         mujoco.mj_forward(model, data)
+
+
+def test_dipoles_that_a_coupling_turns_off_may_coincide():
+    off = """<custom><tuple name="coupling"><element objtype="body" objname="world" prm="0"/>
+      <element objtype="body" objname="ball" prm="0"/></tuple></custom>"""
+    d = mujoco_warp.make_data(model := needles("dipoles couplings", off, APART))
+    d.qpos.assign(np.array([[0.25, 0, 0, 1, 0, 0, 0, 0]]))
+    mujoco_warp.forward(put_model(model), d)
+    assert np.isfinite(d.qfrc_passive.numpy()).all()
 
 
 COIL = """<custom><tuple name="coil"><element objtype="actuator" objname="current"/>

@@ -13,14 +13,13 @@
 from magmotor.common.optional import extra
 
 with extra("warp"):
-    import mujoco_warp as mujoco_warp  # pyright: ignore[reportMissingImports]
-    import warp as warp  # pyright: ignore[reportMissingImports]
+    import mujoco_warp  # noqa: F401  # pyright: ignore[reportMissingImports]
 
 from magmotor.warp.dipoles import Dipoles as Dipoles
 from magmotor.warp.fields import Field as Field
 from magmotor.warp.magnets import Magnets as Magnets
+from magmotor.warp.models import put_model as put_model
 from magmotor.warp.noise import Noise as Noise
 from magmotor.warp.potentials import Potentials as Potentials
-from magmotor.warp.models import put_model as put_model
 
 __all__ = ["Dipoles", "Field", "Magnets", "Noise", "Potentials", "put_model"]
