@@ -21,8 +21,8 @@ TOPICS = (
 )  # fmt: skip
 """Modules in the folder speed."""
 
-WITH_EXTRA = ("warp",)
-"""Those that need a package which the extra `dev` does not install."""
+WITH_EXTRA = ("worlds",)
+"""Those that need a package of the extra `warp`."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "topics",
         nargs="*",
         metavar="TOPIC",
-        help=f"by default {', '.join(TOPICS)}; with its extra, also {', '.join(WITH_EXTRA)}",
+        help=f"by default {', '.join(TOPICS)}; with the extra warp, also {', '.join(WITH_EXTRA)}",
     )
     topics = parser.parse_args(arguments).topics or TOPICS
     for name in topics:

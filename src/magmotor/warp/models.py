@@ -25,7 +25,7 @@ IN_C = "step the model with mujoco.mj_step"
 LEAST_IMPRATIO = 1e-10
 """In single precision, smaller ones make contacts NaN."""
 
-WITHOUT_MEANING = ("midphase", "autoreset")
+MEANINGLESS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE | mujoco.mjtDisableBit.mjDSBL_AUTORESET
 """Flags that MuJoCo Warp refuses, though it has nothing that they disable."""
 
 DAMPERS = (
@@ -35,7 +35,7 @@ DAMPERS = (
 """What MuJoCo Warp skips while springs and dampers are disabled, besides springs."""
 
 
-@checked
+@checked(finite=False)
 def put_model(model: mujoco.MjModel, path: BrownianPath | None = None, **options: Any) -> Any:
     """Create a model of MuJoCo Warp on which the magnets, noise and potentials of a model act.
 
@@ -146,9 +146,7 @@ def _prepared(model: mujoco.MjModel) -> mujoco.MjModel:
     # MuJoCo Warp keeps this number, but drops the instances, and then compares both.
     plugins = ctypes.c_int64.from_address(prepared._address + layout.current().nplugin)
     plugins.value = 0
-    for flag in WITHOUT_MEANING:
-        bit = int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}", 0))
-        prepared.opt.disableflags &= ~bit
+    prepared.opt.disableflags &= ~int(MEANINGLESS)
     if _skips_hook(model):  # and damps nothing, so that the flag means nothing else
         prepared.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
     prepared.opt.impratio = np.maximum(prepared.opt.impratio, LEAST_IMPRATIO)

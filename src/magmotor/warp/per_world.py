@@ -35,14 +35,18 @@ class PerWorld:
     def _array(self, value: Any, before: Any) -> Any:
         """Return numbers as an array of the same type as the one before."""
         numbers = np.asarray(value)
-        inner = before.numpy().shape[1:]
-        if numbers.ndim != len(inner) + 1 or numbers.shape[1:] != inner:
+        if not numbers.ndim or numbers.shape[1:] != _numbers_of_row(before):
             raise self._error(numbers.shape, before)
         return wp.array(numbers, dtype=before.dtype, ndim=before.ndim, device=before.device)
 
     def _error(self, shape: Any, before: Any) -> ArgumentError:
-        dimensions = ", ".join(["1 or nworld", *map(str, before.numpy().shape[1:])])
+        dimensions = ", ".join(["1 or nworld", *map(str, _numbers_of_row(before))])
         kind = before.dtype.__name__
         return ArgumentError(
             f"shape of {self._name}", tuple(shape), f"must be ({dimensions}), of {kind}"
         )
+
+
+def _numbers_of_row(array: Any) -> tuple[int, ...]:
+    """Return the shape of a row as numbers, of which a vector has several."""
+    return (*array.shape[1:], *getattr(array.dtype, "_shape_", ()))
