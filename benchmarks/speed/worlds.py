@@ -1,4 +1,4 @@
-"""Steps of the top in MuJoCo Warp, with and without magnets, on the default device of Warp."""
+"""Steps in MuJoCo Warp, with and without magnets and noise, on the default device of Warp."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,8 +13,8 @@ from benchmarks.harness.tables import Row, show
 from benchmarks.harness.timing import in_turns, seconds_of
 from magmotor.warp import put_model
 
-WORLDS = {1: None, 64: None, 1024: 1.15}
-"""Numbers of worlds, and target ratios."""
+TARGETS = {("top", 1): None, ("top", 64): None, ("top", 1024): 1.15, ("motor", 1024): 1.4}
+"""Target ratios by scene and number of worlds."""
 
 STEPS, TURNS, AT_LEAST = 4, 20, 4096
 """Steps from the same states, turns, and steps of all worlds in a turn."""
@@ -23,17 +23,22 @@ STATE = ("qpos", "qvel", "qacc_warmstart")
 
 
 def main() -> None:
-    model = mm.build(mm.Top.paper(4))
-    cases = {(count, acts): _case(model, count, acts) for count in WORLDS for acts in (True, False)}
+    models = {"top": mm.build(mm.Top.paper(4)), "motor": mm.build(mm.Motor())}
+    cases = {
+        (name, count, acts): _case(models[name], count, acts)
+        for name, count in TARGETS
+        for acts in (True, False)
+    }
     times = in_turns(cases, TURNS)
     rows = [
-        Row(f"worlds: {count}", times[count, True], times[count, False], at_most=target)
-        for count, target in WORLDS.items()
-    ]
+        Row(f"{name}, worlds: {count}", times[name, count, True], times[name, count, False],
+            at_most=target)
+        for (name, count), target in TARGETS.items()
+    ]  # fmt: skip
     note = f"""\
-A step of one world, as a captured graph, on {warp.get_device().name}: {STEPS} steps of balls
-  that slide and spin, with magnets and without, from the same states."""
-    show("The top in MuJoCo Warp", note, ("magnets", "none", "ratio"), rows)
+A step of one world, as a captured graph, on {warp.get_device().name}: {STEPS} steps
+  from the same random velocities, with magnets and noise (the motor has 125 pairs) and without."""
+    show("MuJoCo Warp", note, ("magnets", "none", "ratio"), rows)
 
 
 def _case(model: mujoco.MjModel, count: int, acts: bool) -> Callable[[], float]:

@@ -530,6 +530,37 @@ def test_a_bad_control_concerns_its_world_and_ranges_clamp():
     assert torques(model, 5.0)[0] == pytest.approx(5 * found[0])
 
 
+def test_a_control_callback_drives_what_is_measured_at_once_and_forces_in_the_next_step():
+    model = mujoco.MjModel.from_xml_path(str(ROOT / "models" / "levitation.xml"))
+    model.actuator_dyntype[:] = mujoco.mjtDyn.mjDYN_NONE
+    model.actuator_actnum[:] = 0
+    m, d = put_model(model), mujoco_warp.make_data(model)
+    m.callback.control = lambda m, d: d.ctrl.fill_(3.0)
+    seen = []
+    for _ in range(2):
+        mujoco_warp.forward(m, d)
+        seen.append((d.sensordata.numpy()[0, 2], d.qfrc_passive.numpy()[0, 2]))
+    (early, none), (late, force) = seen
+    assert early == late != 0
+    assert none == 0
+    assert force > 0.01
+
+
+def test_steps_allocate_nothing_and_read_nothing_back(monkeypatch):
+    model = compiled(EVERYTHING)
+    m, d = put_model(model), mujoco_warp.make_data(model)
+    m.magmotor.prepare(d)
+
+    def forbidden(*_, **__):
+        raise AssertionError
+
+    for name in ("array", "clone", "copy", "empty", "full", "ones", "zeros", "synchronize"):
+        monkeypatch.setattr(wp, name, forbidden)
+    monkeypatch.setattr(type(d.qpos), "numpy", forbidden)
+    m.callback.passive(m, d)
+    m.callback.sensor(m, d, mujoco.mjtStage.mjSTAGE_ACC)
+
+
 def test_two_models_may_step_the_same_worlds_in_turn():
     """The second one has more dipoles, and needs more room."""
     more = "".join(f'<site user="{{0}}" pos="0 {k} 1"/>' for k in range(1, 5))
