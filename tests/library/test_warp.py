@@ -122,6 +122,14 @@ NEEDLES = """
 """
 
 
+PIECE = '<geom name="core" size="0.01" pos="0 0 1" {}/>'
+STEEL = """<custom><numeric name="steel" data="{}"/><tuple name="{}">
+  <element objtype="numeric" objname="steel"/>
+  <element objtype="{}" objname="{}"/></tuple></custom>"""
+APART = """<site name="other" pos="0.25 0 0" user="1"/>
+  <body name="ball" pos="0.25 0 0.2"><freejoint/><geom size="0.01"/><site user="1"/></body>"""
+
+
 def needles(act="dipoles", more="", world="", body=""):
     return compiled(NEEDLES.format(act=act, more=more, world=world, body=body))
 
@@ -405,24 +413,36 @@ def test_worlds_may_have_other_numbers():
     assert largest_error(found, np.array(expected)) < 5e-6  # 1.1e-6
 
 
-def test_tables_are_interpolated_up_to_their_edges():
-    """Each world has a magnet elsewhere; the outermost cells are most of this table."""
-    waves = np.array([[2, 1, -1], [1, -2, 2], [-1, 1, 2]])
-    table = mm.tabulated_field(lambda x: np.sin(x @ waves), [-1] * 3, [1] * 3, (4, 5, 6))
-    model = needles("dipoles fields", f"<custom>{table}</custom>", APART)
-    places = np.random.default_rng(3).uniform(-0.25, 0.25, (POSES, 3))
-    places = np.where(places > 0, 0.75 + places, -0.75 + places)
-    places[:4] = np.linspace([-1, -1, -1], [1, 1, 1], 4)  # with two corners, which count as inside
-    expected = []
-    d = mujoco_warp.make_data(model, nworld=POSES)
+def errors_at(places, model):
+    """The largest error of forces where a ball, in each world elsewhere, is a magnet."""
+    m, d = put_model(model), mujoco_warp.make_data(model, nworld=len(places))
     d.qpos.assign(np.array([[*place, 1, 0, 0, 0, 0] for place in places]))
+    mujoco_warp.forward(m, d)
+    expected = []
     for place in places:
         data = mujoco.MjData(model)
         data.qpos[:3] = place
         mujoco.mj_forward(model, data)
         expected.append(data.qfrc_passive)
-    mujoco_warp.forward(put_model(model), d)
-    assert largest_error(d.qfrc_passive.numpy(), np.array(expected)) < 3e-6  # 4.8e-7
+    return largest_error(d.qfrc_passive.numpy(), np.array(expected))
+
+
+def test_tables_are_interpolated_up_to_their_edges():
+    """The outermost cells are most of this table."""
+    waves = np.array([[2, 1, -1], [1, -2, 2], [-1, 1, 2]])
+    table = mm.tabulated_field(lambda x: np.sin(x @ waves), [-1] * 3, [1] * 3, (4, 5, 6))
+    places = np.random.default_rng(3).uniform(-0.25, 0.25, (POSES, 3))
+    places = np.where(places > 0, 0.75 + places, -0.75 + places)
+    places[:4] = np.linspace([-1, -1, -1], [1, 1, 1], 4)  # with two corners, which count as inside
+    model = needles("dipoles fields", f"<custom>{table}</custom>", APART)
+    assert errors_at(places, model) < 3e-6  # 4.8e-7
+
+
+def test_a_plane_of_iron_pulls_as_in_c():
+    plane = '<geom name="p" type="plane" size="1 1 1" pos="0 0 -.05" euler="0 20 0"/>'
+    model = needles("dipoles iron", STEEL.format("9", "iron", "geom", "p"), plane + APART)
+    places = np.random.default_rng(4).uniform([0.1, -0.2, 0.1], [0.3, 0.2, 0.2], (POSES, 3))
+    assert errors_at(places, model) < 3e-6  # 4.9e-7
 
 
 def test_numbers_of_another_shape_are_refused():
@@ -439,14 +459,6 @@ def test_numbers_of_another_shape_are_refused():
     with refused("shape of numbers"):
         magnets.fields["field_even"].numbers = np.ones((4, 8))
     magnets.noise.rows = wp.ones((4, 3), dtype=wp.spatial_vector)
-
-
-PIECE = '<geom name="core" size="0.01" pos="0 0 1" {}/>'
-STEEL = """<custom><numeric name="steel" data="{}"/><tuple name="{}">
-  <element objtype="numeric" objname="steel"/>
-  <element objtype="{}" objname="{}"/></tuple></custom>"""
-APART = """<site name="other" pos="0.25 0 0" user="1"/>
-  <body name="ball" pos="0.25 0 0.2"><freejoint/><geom size="0.01"/><site user="1"/></body>"""
 
 
 @pytest.mark.parametrize(
@@ -597,27 +609,12 @@ def saved(model):
 
 def test_the_model_is_left_as_it_is():
     model = mujoco.MjModel.from_xml_path(str(ROOT / "models" / "levitation.xml"))
-    model.opt.impratio = 1e-12
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE
     before = saved(model)
     m = put_model(model, batch_sizes={"geom_size": 3})
     assert m.geom_size.shape[0] == 3
     assert saved(model) == before
     mujoco.mj_step(model, mujoco.MjData(model))
-
-
-def test_contacts_with_a_small_impratio_are_finite():
-    model = compiled("""
-      <mujoco><option impratio="1e-30" cone="elliptic"/>
-      <custom><text name="magmotor" data="dipoles"/></custom>
-      <worldbody><geom type="plane" size="1 1 1"/><site pos="0 0 1" user="1"/>
-        <body pos="0 0 0.099"><freejoint/><geom size="0.1"/><site user="1"/></body>
-      </worldbody></mujoco>""")
-    m, d = put_model(model), mujoco_warp.make_data(model)
-    d.qvel.fill_(0.1)
-    for _ in range(5):
-        mujoco_warp.step(m, d)
-    assert np.isfinite(d.qvel.numpy()).all()
 
 
 def flagged(flags, enabled: Any = 0):

@@ -22,9 +22,6 @@ from magmotor.warp.magnets import Magnets
 
 IN_C = "step the model with mujoco.mj_step"
 
-LEAST_IMPRATIO = 1e-10
-"""In single precision, smaller ones make contacts NaN."""
-
 MEANINGLESS = mujoco.mjtDisableBit.mjDSBL_MIDPHASE | mujoco.mjtDisableBit.mjDSBL_AUTORESET
 """Flags that MuJoCo Warp refuses, though it has nothing that they disable."""
 
@@ -149,5 +146,4 @@ def _prepared(model: mujoco.MjModel) -> mujoco.MjModel:
     prepared.opt.disableflags &= ~int(MEANINGLESS)
     if _skips_hook(model):  # and damps nothing, so that the flag means nothing else
         prepared.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_DAMPER)
-    prepared.opt.impratio = np.maximum(prepared.opt.impratio, LEAST_IMPRATIO)
     return prepared
