@@ -1,5 +1,6 @@
 """Magnets in MuJoCo Warp: the same forces, fields, noise and motion as in C, world by world."""
 
+import importlib
 import warnings
 from pathlib import Path
 from typing import Any
@@ -121,7 +122,6 @@ NEEDLES = """
 </mujoco>
 """
 
-
 PIECE = '<geom name="core" size="0.01" pos="0 0 1" {}/>'
 STEEL = """<custom><numeric name="steel" data="{}"/><tuple name="{}">
   <element objtype="numeric" objname="steel"/>
@@ -170,7 +170,7 @@ def largest_error(found, expected):
 
 
 def compared(model):
-    """The largest errors of forces and sensor data, and the worlds."""
+    """The largest errors of forces and sensor data, the model and the worlds."""
     data = states(model)
     for each in data:
         mujoco.mj_forward(model, each)
@@ -178,27 +178,51 @@ def compared(model):
     d = worlds(m, model, data)
     mujoco_warp.forward(m, d)
     names = ("qfrc_passive", "sensordata") if model.nsensordata else ("qfrc_passive",)
-    return {
-        name: largest_error(getattr(d, name).numpy(), np.array([getattr(e, name) for e in data]))
-        for name in names
-    }, d
+    return (
+        {
+            name: largest_error(
+                getattr(d, name).numpy(), np.array([getattr(e, name) for e in data])
+            )
+            for name in names
+        },
+        m,
+        d,
+    )
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_forces_are_those_of_the_plugin(name):
     model = mujoco.MjModel.from_xml_path(str(ROOT / "models" / f"{name}.xml"))
-    errors, _ = compared(model)
+    errors, _, _ = compared(model)
     assert errors["qfrc_passive"] < 3e-6  # 1.2e-6
     assert errors.get("sensordata", 0.0) < 3e-6  # 3.0e-7
 
 
 def test_forces_and_sensors_of_one_model_with_everything():
-    errors, d = compared(compiled(EVERYTHING))
+    errors, m, d = compared(compiled(EVERYTHING))
     assert errors["qfrc_passive"] < 3e-6  # 8.8e-7
     assert errors["sensordata"] < 3e-6  # 7.4e-7
     measured = np.abs(d.sensordata.numpy()[:, 4:])
     assert measured.max() == np.float32(0.03)  # the cutoff
     assert measured.min() < 0.03
+    before = d.sensordata.numpy().copy()
+    m.callback.sensor(m, d, mujoco.mjtStage.mjSTAGE_ACC)
+    assert (d.sensordata.numpy() == before).all()
+
+
+def test_a_model_with_everything_moves_as_in_c():
+    """With the noise of the same steps, also in the later stages of RK4."""
+    model = compiled(EVERYTHING)
+    m, data = put_model(model), states(model)
+    d = worlds(m, model, data)
+    start = d.qpos.numpy().copy()
+    for _ in range(10):
+        mujoco_warp.step(m, d)
+        for each in data:
+            mujoco.mj_step(model, each)
+    expected = np.array([each.qpos for each in data])
+    assert (np.abs(expected - start).max(axis=0) > 1e-3).all()
+    assert np.abs(d.qpos.numpy() - expected).max() < 1e-4  # 4.0e-6
 
 
 def captured(m, d):
@@ -685,3 +709,15 @@ def test_only_models_are_put():
         put_model(path)
     with refused("timestep of path"):
         put_model(needles("all", body='user="0 0 0 0 0 1"'), mm.noise.BrownianPath(1, 0.1))
+
+
+def test_kernels_compile_for_gpus(tmp_path):
+    """Without one: the compiler of CUDA is a part of Warp for Linux and Windows."""
+    if not wp.get_cuda_supported_archs():
+        pytest.skip("this Warp has no compiler for GPUs")
+    names = ("bodies", "dipoles", "drives", "fields", "magnetometers", "mirrors", "noise",
+             "potentials")  # fmt: skip
+    for name in names:
+        module = importlib.import_module(f"magmotor.warp.{name}")
+        wp.compile_aot_module(module, arch=75, module_dir=tmp_path, use_ptx=True)
+    assert len([*tmp_path.glob("*.ptx")]) == len(names)

@@ -15,13 +15,6 @@ from magmotor.warp.mirrors import Mirror, images_at
 wp.set_module_options({"enable_backward": False})
 
 
-@wp.func
-def _add(world: int, address: int, frame: wp.mat33, flux: wp.vec3, sensordata: wp.array2d[float]):
-    along = wp.transpose(frame) * flux
-    for axis in range(3):
-        sensordata[world, address + axis] += along[axis]
-
-
 @wp.kernel
 def _measure_dipoles(
     site: wp.array[int],
@@ -48,13 +41,13 @@ def _measure_dipoles(
             x, wp.vec3(0.0), plane, strength, world, place, moment, geom_xpos, geom_xmat
         )
         flux += b
+    along = permeability * (wp.transpose(site_xmat[world, site[k]]) * flux)
     for axis in range(3):
-        sensordata[world, address[k] + axis] = 0.0
-    _add(world, address[k], site_xmat[world, site[k]], permeability * flux, sensordata)
+        sensordata[world, address[k] + axis] = along[axis]
 
 
 @wp.kernel
-def _measure_field(
+def _add_field(
     site: wp.array[int],
     address: wp.array[int],
     numbers: wp.array2d[float],
@@ -73,7 +66,9 @@ def _measure_field(
         numbers, drive_in(drive, world, driven), frame_type, frame, world,
         site_xpos[world, site[k]], xpos, xmat, site_xpos, site_xmat,
     )  # fmt: skip
-    _add(world, address[k], site_xmat[world, site[k]], flux, sensordata)
+    along = wp.transpose(site_xmat[world, site[k]]) * flux
+    for axis in range(3):
+        sensordata[world, address[k] + axis] += along[axis]
 
 
 @wp.kernel
@@ -113,7 +108,7 @@ class Magnetometers:
         )  # fmt: skip
         for field in fields.values():
             wp.launch(
-                _measure_field,
+                _add_field,
                 dim=dim,
                 inputs=[
                     *where, *field.source, room.drive, d.xpos, d.xmat, d.site_xpos, d.site_xmat,
