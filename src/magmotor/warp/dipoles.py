@@ -65,6 +65,7 @@ def _set_mutual_wrenches(
     target: wp.array[int],
     slot: wp.array[int],
     weld: wp.array[int],
+    after: wp.array[int],
     magnet: wp.array[int],
     factor: wp.array2d[float],
     permeability: float,
@@ -80,16 +81,19 @@ def _set_mutual_wrenches(
     a = moment[world, i]
     force = wp.vec3(0.0)
     flux = wp.vec3(0.0)
-    own = weld[i]
-    for j in range(weld.shape[0]):
-        if weld[j] != own:
-            scale = float(1.0)
-            if factor.shape[0] > 0:
-                scale = factor[magnet[i], magnet[j]]
-            if scale != 0.0:  # else they may coincide
-                f, b = force_and_flux(a, moment[world, j], x - place[world, j])
-                force += scale * f
-                flux += scale * b
+    j = int(0)
+    while j < weld.shape[0]:
+        if weld[j] == weld[i]:
+            j = after[j]
+            continue
+        scale = float(1.0)
+        if factor.shape[0] > 0:
+            scale = factor[magnet[i], magnet[j]]
+        if scale != 0.0:  # else they may coincide
+            f, b = force_and_flux(a, moment[world, j], x - place[world, j])
+            force += scale * f
+            flux += scale * b
+        j += 1
     center = xipos[world, body[slot[k]]]
     wrench[world, slot[k]] = permeability * wrench_on_dipole(x, a, force, flux, center)
 
@@ -138,8 +142,11 @@ class Dipoles:
         self.target = wp.array(np.array(moves, np.int32), dtype=int)
         self.weld = wp.array(weld, dtype=int)
         self.moments = wp.array(moments[self.sites][None], dtype=float, ndim=2)
-        self._site, self._magnet, self._coil = (
-            wp.array(column, dtype=int) for column in (self.sites, magnet, coil)
+        # Past the dipoles that follow on the same rigid body, which do not act on each other.
+        ends = np.append(np.flatnonzero(np.diff(weld)) + 1, len(weld))
+        after = ends[np.searchsorted(ends, np.arange(len(weld)), side="right")]
+        self._site, self._after, self._magnet, self._coil = (
+            wp.array(column, dtype=int) for column in (self.sites, after, magnet, coil)
         )
         factors = _factors(model, rows) if kinds & COUPLINGS else np.empty((0, 0))
         self._factor = wp.array(factors, dtype=float, ndim=2)
@@ -161,8 +168,8 @@ class Dipoles:
             _set_mutual_wrenches,
             dim=(d.nworld, self.target.size),
             inputs=[
-                self.target, self.slot, self.weld, self._magnet, self._factor, self.permeability,
-                room.place, room.moment, body, d.xipos,
+                self.target, self.slot, self.weld, self._after, self._magnet, self._factor,
+                self.permeability, room.place, room.moment, body, d.xipos,
             ],
             outputs=[room.wrench],
         )  # fmt: skip
