@@ -2,7 +2,8 @@
 
 There, the number of a step is the time over the timestep. In single precision, this quotient is
 wrong after some hours, and so steps are counted: a step has the next number if exactly a timestep
-has passed. Any other time, as after a reset, has the number of that time.
+has passed. Any other time, as after a reset, has the number of that time, which is exact for the
+first 2^22 steps.
 """
 
 from typing import Any
