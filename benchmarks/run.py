@@ -21,17 +21,24 @@ TOPICS = (
 )  # fmt: skip
 """Modules in the folder speed."""
 
+WITH_EXTRA = ("worlds",)
+"""Those that need a package of the extra `warp`."""
+
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the program."""
     parser = Parser(prog="run.py", description=__doc__)
     parser.add_argument(
-        "topics", nargs="*", metavar="TOPIC", help=f"all by default, or some of {', '.join(TOPICS)}"
+        "topics",
+        nargs="*",
+        metavar="TOPIC",
+        help=f"by default {', '.join(TOPICS)}; with the extra warp, also {', '.join(WITH_EXTRA)}",
     )
     topics = parser.parse_args(arguments).topics or TOPICS
     for name in topics:
-        if name not in TOPICS:
-            parser.error(f"unknown topic {name!r}: known are {', '.join(TOPICS)}")
+        if name not in TOPICS + WITH_EXTRA:
+            known = ", ".join(TOPICS + WITH_EXTRA)
+            parser.error(f"unknown topic {name!r}: known are {known}")
     begin = time.perf_counter()
     load, python = os.getloadavg()[0], platform.python_version()
     print(f"magmotor {mm.__version__}, MuJoCo {version('mujoco')}, Python {python}.")

@@ -19,6 +19,7 @@ import yaml
 import magmotor as mm
 from magmotor.commands import COMMANDS
 from magmotor.commands import main as run_command
+from magmotor.common.optional import MissingExtra
 from magmotor.render import NoOpenGL
 
 ROOT = Path(__file__).parents[2]
@@ -59,6 +60,7 @@ WHOLE = {
     "recipes.md",
     "fields_coils_iron.md",
     "units.md",
+    "warp.md",
 }
 """Pages whose blocks all run; test_readme.py and test_examples.py cover the others."""
 
@@ -99,7 +101,7 @@ def test_blocks_run_and_print_the_output_shown(page, tmp_path, monkeypatch, caps
         line = TEXT[page].count("\n", 0, found.start(1))
         try:
             exec(compile("\n" * line + found[1], page, "exec"), namespace)
-        except NoOpenGL as reason:
+        except (NoOpenGL, MissingExtra) as reason:
             pytest.skip(str(reason))
         printed = capsys.readouterr().out
         if found[2] is not None:

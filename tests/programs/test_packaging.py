@@ -154,6 +154,7 @@ NEEDS = [
     (f"mm.plots.overview(mm.simulate(mm.Top(), {SHORT}), None, 'a.png')", "matplotlib", "movies"),
     ("mm.sweep.local_cluster().__enter__()", "distributed", "cluster"),
     ("import magmotor.gym", "gymnasium", "gym"),
+    ("import magmotor.warp", "mujoco_warp", "warp"),
 ]  # fmt: skip
 """Code, the package that it misses first, and the extra to install."""
 
@@ -222,7 +223,7 @@ def test_the_extras_that_the_code_names_exist():
         named |= set(re.findall(r'\b(?:extra|require)\("(\w+)"', file.read_text(encoding="utf-8")))
     extras = set(PROJECT["optional-dependencies"])
     assert {"scenes", "movies", "sweep", "cluster", "gym"} <= named <= extras
-    named -= {"parquet"}  # large, and for one format of files
+    named -= {"parquet", "warp"}  # large, and for one format of files, or one engine
     everything = {name for extra in named for name in optional.packages(extra)}
     assert everything <= set(optional.packages("all"))
 

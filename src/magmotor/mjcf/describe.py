@@ -35,8 +35,11 @@ HUGE = 1e3
 
 FORCES = slots.FORCES.decode()
 
-ENGINES = {"mujoco.mjx": "MJX", "mujoco_warp": "MuJoCo Warp"}
-"""Modules of other engines for MuJoCo's models, and their names."""
+ENGINES = {
+    "mujoco.mjx": "MJX, which cannot run the forces of magmotor",
+    "mujoco_warp": "MuJoCo Warp, unless magmotor.warp.put_model makes its model",
+}
+"""Modules of other engines for MuJoCo's models, and what to say of them."""
 
 OF_PLANETS = 1e15
 """From which moment in A m^2 a site that cannot move stands for a planet."""
@@ -298,9 +301,10 @@ def elsewhere(found: Description, *, briefly: bool = False) -> Iterator[str]:
             f"{what} outside of magmotor.magnetism(), since the model has no plugin"
             f" {FORCES}{cause}; {remedy}"
         )
-    others = [name for module, name in ENGINES.items() if module in sys.modules]
-    if what and others:
-        yield f"{what} in {joined(others)}, which cannot run the forces of magmotor"
+    for module, engine in ENGINES.items():
+        known = module == "mujoco_warp" and "magmotor.warp" in sys.modules
+        if what and module in sys.modules and not known:
+            yield f"{what} in {engine}"
 
 
 def _remedy(marked: bool) -> str:
