@@ -163,7 +163,7 @@ endef
 	$(call install,.venv,,-e '.[movies]',once: 1 GB and half a minute,.,$(COMPILE))
 
 .venv/dev-ready: pyproject.toml constraints.txt $(REDO)
-	$(call install,.venv,,-e '.[dev]',once: 1.9 GB and one or two minutes,.[scenes],-m library.build)
+	$(call install,.venv,,-e '.[dev]',once: 2.3 GB and one or two minutes,.[scenes],-m library.build)
 
 .venv-compat/ready: pyproject.toml constraints.txt $(REDO_COMPAT)
 	$(call install,.venv-compat,s/^mujoco==.*/mujoco==3.17.*/;/^mujoco-/d,-e '.[movies]' pytest pytest-xdist,once: 1 GB and about a minute,.,$(COMPILE))

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 import mujoco
-import mujoco_warp  # pyright: ignore[reportMissingImports]
+import mujoco_warp
 import numpy as np
-import warp  # pyright: ignore[reportMissingImports]
+import warp
 
 import magmotor as mm
 from benchmarks.harness.tables import Row, show
@@ -52,11 +52,12 @@ def _case(model: mujoco.MjModel, count: int, acts: bool) -> Callable[[], float]:
     mujoco_warp.step(m, d)
     with warp.ScopedCapture() as capture:
         mujoco_warp.step(m, d)
+    graph: Any = capture.graph
     start = {name: warp.clone(getattr(d, name)) for name in STATE}
 
     def steps() -> None:
         for _ in range(STEPS):
-            warp.capture_launch(capture.graph)
+            warp.capture_launch(graph)
         warp.synchronize()
 
     def measured() -> float:

@@ -13,7 +13,7 @@
 from magmotor.common.optional import extra
 
 with extra("warp"):
-    import mujoco_warp  # noqa: F401  # pyright: ignore[reportMissingImports]
+    import mujoco_warp  # noqa: F401
 
 from magmotor.warp.dipoles import Dipoles as Dipoles
 from magmotor.warp.fields import Field as Field

@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.common.arrays import Array
 from magmotor.dipoles import COINCIDENCE_SQUARED

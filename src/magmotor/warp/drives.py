@@ -8,7 +8,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 

@@ -4,7 +4,7 @@ The numbers of a field and their order are those of `magmotor.mjcf.declarations.
 interpolation is that of `magmotor.numerics.cubic_convolution`, in single precision.
 """
 
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.mjcf.declarations import custom
 from magmotor.mjcf.declarations import fields as declarations

@@ -6,7 +6,7 @@ The force on a dipole is the gradient of m.B, as in `magmotor.mjcf.forces.applie
 from typing import Any
 
 import mujoco
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.mjcf import declared
 from magmotor.warp.bodies import wrench_on_dipole

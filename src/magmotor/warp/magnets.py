@@ -5,7 +5,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.dipoles import PERMEABILITY_OVER_4PI
 from magmotor.mjcf import declared

@@ -7,7 +7,7 @@ those of the dipoles themselves at the mirrored place.
 from typing import Any
 
 import mujoco
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.warp.bodies import wrench_on_dipole
 from magmotor.warp.dipoles import Dipoles, force_and_flux

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import mujoco
-import mujoco_warp  # pyright: ignore[reportMissingImports]
+import mujoco_warp
 import numpy as np
 
 from magmotor.common.arguments import checked

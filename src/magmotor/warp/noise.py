@@ -10,7 +10,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.noise import BrownianPath
 from magmotor.warp.per_world import PerWorld

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.common.exceptions import ArgumentError
 

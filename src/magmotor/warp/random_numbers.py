@@ -5,7 +5,7 @@ All of them are computed in double precision, as there.
 
 import math
 
-import warp as wp  # pyright: ignore[reportMissingImports]
+import warp as wp
 
 from magmotor.noise import _PARITY as THREEFRY_PARITY
 from magmotor.noise import HELD as LEVEL_OF_HELD
